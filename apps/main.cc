@@ -22,7 +22,7 @@
 #include "data/core/progress.h"
 #include "data/version.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
@@ -134,7 +134,7 @@ EndsAtOnce::EndsAtOnce() {
 
 EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands
 
 int main(int argc, char** argv) {
   using namespace slcmap;

@@ -23,7 +23,7 @@
 #include "export/web/gltf_writer.h"
 #include "mapping/map/part_files.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 namespace fs = std::filesystem;
@@ -399,4 +399,4 @@ MapResult InFrameOfExports(const MapResult& map, const Progress& progress) {
   return turned;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// From a map to files that other programs show.
+// From a map to files that other programs show, in a frame along the building.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@
 #include "export/web/gltf_writer.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
@@ -44,7 +44,7 @@ StageFiles ExportFiles();
 MapSource ExportSourceIn(const std::string& folder);
 
 // Writes a map into a folder, which is made where it is missing, and returns the files' paths, but
-// those of COLMAP's images. The frame of all is along the building (building_frame.h), and the
+// those of COLMAP's images. The frame of all is along the building (FrameOfExports), and the
 // summary says how the run
 // (`yaw_rad`) and the map's world (`map_yaw_rad`) are turned in it. The files of an earlier export
 // are replaced once all are written. Throws ConfigError for a format
@@ -72,4 +72,4 @@ bool IsInFrameOfExports(const Building& building);
 // Throws StoppedError when progress says so.
 MapResult InFrameOfExports(const MapResult& map, const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

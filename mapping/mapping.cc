@@ -27,7 +27,7 @@
 #include "odometry/run/run.h"
 #include "odometry/run/run_queries.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // What mapping makes of the images of views besides lines: the dense cloud and occupancy.
 
@@ -45,7 +45,7 @@ namespace {
 
 // Every other node is enough for openings, which are some 40 cm wide.
 Sights CollectRayBundles(const RigidTransform& T_world_camera, const Camera& camera,
-                const DepthGrid& depth) {
+                         const DepthGrid& depth) {
   constexpr int kStep = 2;
   Sights sights;
   sights.p_world_camera = T_world_camera.translation;
@@ -154,7 +154,7 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
 }
 
 SightDepths MakeDepthMaps(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
-                     const MappingOptions& options, const Progress& progress) {
+                          const MappingOptions& options, const Progress& progress) {
   return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
           progress};
 }
@@ -168,8 +168,8 @@ void MoveSupports(const Rig& from, const Rig& to, std::vector<LineSupport>* supp
 }
 
 BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
-                   const std::vector<DensePoint>& dense, const MappingOptions& options,
-                   const Progress& progress, std::map<std::string, int64_t>* warnings) {
+                        const std::vector<DensePoint>& dense, const MappingOptions& options,
+                        const Progress& progress, std::map<std::string, int64_t>* warnings) {
   const MapLineOptions lines =
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
@@ -241,8 +241,8 @@ std::optional<Stage> KeptStage(const StageStore& store, const char* name,
 }
 
 std::vector<Sights> RunDenseStage(const RecordedViews& recorded, const MappingOptions& options,
-                                 const StageStore& store, const Progress& progress,
-                                 MapResult* map) {
+                                  const StageStore& store, const Progress& progress,
+                                  MapResult* map) {
   if (auto kept = KeptStage(store, kDenseStage, UnpackDense)) {
     map->dense = std::move(kept->dense);
     map->occupancy = std::move(kept->occupancy);
@@ -260,8 +260,8 @@ std::vector<Sights> RunDenseStage(const RecordedViews& recorded, const MappingOp
 
 // Marks are among the lines.
 void RunLineStage(const OdometryRun& run, const RecordedViews& recorded,
-                 const MappingOptions& options, const StageStore& store, const Progress& progress,
-                 MapResult* map) {
+                  const MappingOptions& options, const StageStore& store, const Progress& progress,
+                  MapResult* map) {
   if (!options.stages.lines) {
     // Whether poses and images agree is told all the same.
     LineOptionsFor(run, recorded, options.lines, progress, &map->warnings);
@@ -285,14 +285,14 @@ void RunLineStage(const OdometryRun& run, const RecordedViews& recorded,
 }
 
 void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
-                 const Progress& progress, MapResult* map) {
+                  const Progress& progress, MapResult* map) {
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   const PipeImages images{chosen.views, *chosen.images};
   AddPipes(options.pipes, &images, progress, map);
 }
 
 void RunBuildingStage(const RecordedViews& recorded, std::vector<Sights> sights,
-                     const MappingOptions& options, const Progress& progress, MapResult* map) {
+                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
   const BuildingInput input = MakeBuildingInput(*map, std::move(sights));
   if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
@@ -381,4 +381,4 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   return map;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

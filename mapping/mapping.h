@@ -8,7 +8,7 @@
 #include "mapping/views/recorded_views.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Builds the map of a run; of a run without landmarks and views, an empty one. With views, the
 // lines are those of their images, else those of the run. The same input gives the same map, to the
@@ -31,4 +31,4 @@ inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
   return BuildMap(run, nullptr, options, progress);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

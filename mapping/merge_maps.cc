@@ -17,7 +17,7 @@
 #include "mapping/surfaces/plane_filling.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // Shares of the time, about.
@@ -238,7 +238,7 @@ struct RigPoses {
 };
 
 std::vector<Sights> CollectRayBundles(const MapResult& map, const std::vector<RigPoses>& rigs,
-                             double voxel_m, const Progress& progress) {
+                                      double voxel_m, const Progress& progress) {
   std::vector<Sights> sights;
   for (const RigPoses& rig : rigs) {
     std::vector<Sights> seen =
@@ -330,8 +330,8 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(kUnitedUntil);
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
-  std::vector<Sights> sights =
-      CollectRayBundles(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+  std::vector<Sights> sights = CollectRayBundles(first, rigs, options.dense.voxel_m,
+                                                 progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
@@ -352,4 +352,4 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   return {std::move(first), found};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -6,7 +6,7 @@
 #include "mapping/map/map.h"
 #include "mapping/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 inline constexpr const char* kKeyframesOfOtherCameras = "keyframes_of_other_cameras";
 
@@ -28,4 +28,4 @@ std::vector<std::string> CollectRuns(const MapResult& map);
 MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
                      const MappingOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

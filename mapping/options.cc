@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kStagesTable{Option{"lines", &StageOptions::lines, false, true},
@@ -62,4 +62,4 @@ void MappingOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& part) { part.Check(); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

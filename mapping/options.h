@@ -11,7 +11,7 @@
 #include "mapping/surfaces/options.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Which stages are run for a map from images.
 struct StageOptions {
@@ -47,4 +47,4 @@ struct MappingOptions {
   void SetThreads(int threads);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

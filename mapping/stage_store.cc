@@ -11,7 +11,7 @@
 #include "data/core/error.h"
 #include "data/io/json.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 namespace fs = std::filesystem;
@@ -353,4 +353,4 @@ std::optional<LineStage> UnpackLines(const std::string& bytes) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/options.h"
 #include "mapping/views/recorded_views.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Files of a folder, each with a checksum and the key of what it was made of. Without a folder
 // nothing is kept.
@@ -67,4 +67,4 @@ struct LineStage {
 std::string PackLines(const LineStage& stage);
 std::optional<LineStage> UnpackLines(const std::string& bytes);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

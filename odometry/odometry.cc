@@ -12,7 +12,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/window/estimator.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
@@ -331,4 +331,4 @@ OdometryRun Odometry::Run() { return impl_->Run(); }
 OdometryRun Odometry::TakeFinished() { return impl_->TakeFinished(); }
 OdometryRun Odometry::Window() { return impl_->Window(); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -16,7 +16,7 @@
 #include "odometry/options.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 class Odometry {
  public:
@@ -65,4 +65,4 @@ class Odometry {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

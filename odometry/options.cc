@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 namespace {
 
@@ -54,4 +54,4 @@ void OdometryOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& section) { section.Check(); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

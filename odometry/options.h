@@ -6,7 +6,7 @@
 #include "odometry/frontend/options.h"
 #include "odometry/window/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Everything that odometry can be configured with. YAML sections carry the names of the members.
 struct OdometryOptions : EstimatorOptions {
@@ -20,4 +20,4 @@ struct OdometryOptions : EstimatorOptions {
   void Check() const;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -15,7 +15,7 @@
 #include "data/core/error.h"
 #include "data/source/asl_source.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 struct CheckArguments {
@@ -151,4 +151,4 @@ void RefuseFailed(const std::string& place, const OdometryRun& run) {
   throw FailedRunError(place + ": the run has failed: " + InWords(run.verdict->reasons.front()));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -1,4 +1,4 @@
-// What odometry does before it starts: the quick part of check.
+// The check before a run starts, and what is said of a run afterwards: its verdict.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 #include "odometry/options.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 struct StartCheckArguments {
   bool check = true;   // false: start as calibrated
@@ -60,4 +60,4 @@ void PrintVerdict(const Verdict& verdict);
 // the run.
 void RefuseFailed(const std::string& place, const OdometryRun& run);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

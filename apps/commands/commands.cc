@@ -10,7 +10,7 @@
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 std::vector<std::string> CommandNames(const CLI::App& app) {
@@ -202,4 +202,4 @@ void ExpectFolder(const std::string& path, FolderKind expected) {
   if (const std::string hint = Hint(path, expected); !hint.empty()) fail("the results of run");
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

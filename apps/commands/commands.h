@@ -1,13 +1,13 @@
-// The subcommands of slcmap, one a file. Each adds itself to the program with its options and a
-// callback that does the work; errors are thrown and turned into one line and an exit code by
-// main().
+// The subcommands of slcmap, one a file, and what the program says of its usage. Each adds itself
+// to the program with its options and a callback that does the work; errors are thrown and turned
+// into one line and an exit code by main().
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <string>
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 void AddSimulateCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
@@ -64,4 +64,4 @@ enum class FolderKind { kSequence, kRun, kMap };
 // says.
 void ExpectFolder(const std::string& path, FolderKind expected);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

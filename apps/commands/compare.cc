@@ -29,7 +29,7 @@
 #include "mapping/external_poses/read_poses.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -349,4 +349,4 @@ void AddCompareCommand(CLI::App& app) {
   command->callback([arguments] { Compare(*arguments); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

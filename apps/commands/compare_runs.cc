@@ -33,7 +33,7 @@
 #include "odometry/run/run_folder.h"
 #include "odometry/run/verdict.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // Runs this program again as a process of its own, whose cost and failure are its own.
 
@@ -261,11 +261,11 @@ MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
   return measured;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands
 
 extern char** environ;
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 constexpr auto kPause = std::chrono::milliseconds(20);
@@ -331,4 +331,4 @@ int RunChild(const std::vector<std::string>& arguments, const std::string& log_p
   return ExitCode(status);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -7,7 +7,7 @@
 #include "apps/compare/measure.h"
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // A method of slcmap, or a setting of one.
 struct MethodToRun {
@@ -43,4 +43,4 @@ MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
                          const std::string& sequence_name, const RunPlan& plan,
                          const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

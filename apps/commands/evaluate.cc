@@ -29,7 +29,7 @@
 #include "mapping/map/refinement.h"
 #include "odometry/run/run_folder.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 // Shares of the time, about, that straightness takes.
@@ -185,8 +185,8 @@ void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun&
   throw DataError(fmt::format(
       "{}: found no keyframe at whose stamp {} and {} have a pose (keyframes: {}; estimated poses: "
       "{}; true poses: {}), expected a run of the same recording and clock",
-      arguments.observations, arguments.inputs.estimate, arguments.inputs.truth, FormatSpan(keyframes),
-      FormatSpan(estimate), FormatSpan(truth)));
+      arguments.observations, arguments.inputs.estimate, arguments.inputs.truth,
+      FormatSpan(keyframes), FormatSpan(estimate), FormatSpan(truth)));
 }
 
 // With the observations of a run, which may be another than the estimate's.
@@ -409,4 +409,4 @@ void AddEvaluateCommand(CLI::App& app) {
       "MAP/occupancy.bt");
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -16,7 +16,7 @@
 #include "mapping/map/map_folder.h"
 #include "odometry/run/run_folder.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 // The first column of a file such as cam0/data.csv, in nanoseconds.
@@ -103,8 +103,9 @@ std::string CalibrationBeside(const std::string& estimate) {
 Trajectory ReadTruth(const EvaluationInputs& inputs) {
   const PoseForm form = FindForm(inputs, "truth");
   const Clock images_ns = inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps);
-  return CollectPoses(ReadPoseTable(inputs.truth, form, images_ns), form,
-                 form.IsOfCamera() ? FindCameraPose(inputs.calibration, inputs.truth) : std::nullopt);
+  return CollectPoses(
+      ReadPoseTable(inputs.truth, form, images_ns), form,
+      form.IsOfCamera() ? FindCameraPose(inputs.calibration, inputs.truth) : std::nullopt);
 }
 
 ReadEstimate LoadEstimate(const EvaluationInputs& inputs, const Trajectory& truth) {
@@ -266,4 +267,4 @@ void RefuseAsResult(const std::string& option, const std::string& path,
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

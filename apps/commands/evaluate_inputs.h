@@ -1,4 +1,5 @@
-// The trajectories that are compared: what lies beside them, and how their files are read.
+// What evaluate reads: the trajectories that are compared and what lies beside them, and where its
+// results may be written.
 #pragma once
 
 #include <string>
@@ -8,7 +9,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/io/pose_file.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // The stamps of the images beside a EuRoC ground truth (mav0/*/data.csv); empty where there are
 // none.
@@ -51,4 +52,4 @@ RigidTransform TrajectoryFromMap(const std::string& trajectory,
 void RefuseAsResult(const std::string& option, const std::string& path,
                     const std::vector<std::string>& inputs);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

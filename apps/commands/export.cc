@@ -19,7 +19,7 @@
 #include "data/source/asl_source.h"
 #include "export/export.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 struct ExportArguments {
@@ -94,8 +94,9 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
                   "Date in the title block (default: the day of the recording)")
       ->type_name("TEXT");
   command
-      .add_option("--plan-number", options->plan.number,
-                  "Number of the drawing, to which the storey's is added (default: of the map's id)")
+      .add_option(
+          "--plan-number", options->plan.number,
+          "Number of the drawing, to which the storey's is added (default: of the map's id)")
       ->type_name("TEXT");
   command
       .add_option("--plan-north", options->plan.north_deg,
@@ -291,4 +292,4 @@ std::string ReadPageTemplate() {
       path.string()));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

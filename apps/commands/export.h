@@ -9,7 +9,7 @@
 #include "export/web/page_writer.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // Adds --format, --max-vertices and those of single formats; `options` must outlive the parsing.
 void AddExportOptions(CLI::App& command, ExportOptions* options);
@@ -41,4 +41,4 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
 // was built without it.
 std::string ReadPageTemplate();
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

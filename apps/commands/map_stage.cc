@@ -34,7 +34,7 @@
 #include "odometry/run/run_folder.h"
 #include "odometry/run/verdict.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 // As `slcmap run` lays folders out, the run of a map is beside it.
@@ -434,4 +434,4 @@ void AddMapCommand(CLI::App& app) {
   command->callback([map] { Map(*map); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

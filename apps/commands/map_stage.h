@@ -1,4 +1,4 @@
-// How commands that show a map read it.
+// The map stage as commands run it, a run folder in, a map folder out, and how maps are read.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -12,7 +12,7 @@
 #include "mapping/map/map.h"
 #include "mapping/options.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // Counts runs and maps that were taken although their files were changed since, or they are not of
 // the run beside them, as a warning.
@@ -69,4 +69,4 @@ struct MapArguments {
 // what reading, mapping, merging and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

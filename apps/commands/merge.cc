@@ -18,7 +18,7 @@
 #include "mapping/map/map_folder.h"
 #include "mapping/merge_maps.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 struct MergeArguments {
@@ -169,4 +169,4 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

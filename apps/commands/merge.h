@@ -11,7 +11,7 @@
 #include "mapping/map/map.h"
 #include "mapping/options.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // The option --at, a rough start of the alignment.
 CLI::Option* AddStartOption(CLI::App& command, std::string* at);
@@ -28,4 +28,4 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
                      const std::string& at, const MappingOptions& options,
                      const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

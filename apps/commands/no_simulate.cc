@@ -2,7 +2,7 @@
 #include "apps/commands/commands.h"
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 void AddSimulateCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simulate", "(not in this build)");
@@ -13,4 +13,4 @@ void AddSimulateCommand(CLI::App& app) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

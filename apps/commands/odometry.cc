@@ -13,7 +13,7 @@
 #include "apps/commands/options.h"
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 void AddOdometryCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("odometry", "Estimate the motion of a recorded rig");
@@ -84,4 +84,4 @@ void TrajectoryStream::Write(const std::string& text) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -1,4 +1,4 @@
-// Keeps the journal of a run while odometry is at work.
+// What is kept while odometry is at work: the journal of a run and its stream of poses.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 #include "odometry/odometry.h"
 #include "odometry/run/run_journal.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 class RunRecorder {
  public:
@@ -55,4 +55,4 @@ class TrajectoryStream {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

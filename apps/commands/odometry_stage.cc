@@ -26,7 +26,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/verdict.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 // All that a configuration says of this stage.
@@ -63,7 +63,7 @@ class PathLength {
 };
 
 RunSource GetOrigin(const SequenceSource& source, const ConfiguredOptions& options,
-                   const StartCheck& check) {
+                    const StartCheck& check) {
   const SourceInfo& info = source.info();
   RunSource origin;
   origin.version = kVersion;
@@ -360,8 +360,8 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
   const RunTimings& t = run.timings;
   const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
   spdlog::info("{} of {} {} have a pose, path {:.2f} m, {} keyframes, {} landmarks",
-               run.states.size(), info.pair_stamps_ns.size(), DescribeImages(info.rig), path_length_m,
-               run.keyframes.size(), run.landmarks.size());
+               run.states.size(), info.pair_stamps_ns.size(), DescribeImages(info.rig),
+               path_length_m, run.keyframes.size(), run.landmarks.size());
   const PointTrackLengths lives = MeasurePointTracks(run.keyframes);
   spdlog::info("{} points, {} of them seen in a single keyframe", lives.points, lives.seen_once);
   LogLines(run);
@@ -447,4 +447,4 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   return run;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -10,7 +10,7 @@
 #include "data/source/sequence.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 struct OdometryArguments {
   std::string sequence;
@@ -41,4 +41,4 @@ std::vector<std::string> ListInputs(const OdometryArguments& arguments);
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::function<void()>& begin = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -2,7 +2,7 @@
 
 #include "data/calibration/mask.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 CLI::Option* AddMilliseconds(CLI::App& command, const std::string& name, double* value_s,
@@ -105,4 +105,4 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
       "Play the recording at its own pace; images are skipped where newer ones are due");
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

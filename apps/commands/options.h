@@ -1,4 +1,5 @@
-// The command-line options of how a recording is opened, which all commands that open one share.
+// Command-line options that commands share: how a recording is opened, how others write poses, and
+// those of odometry.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,7 +10,7 @@
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // Adds --calibration, --mask, --cameras, --pair-tolerance and --right-offset; `options` must
 // outlive the parsing. Returns what was added.
@@ -31,4 +32,4 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form);
 // `arguments` must outlive the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

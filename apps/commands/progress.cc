@@ -12,7 +12,7 @@
 
 #include "apps/commands/commands.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 constexpr int kBarColumns = 28;
@@ -117,4 +117,4 @@ ProcessCost CostSoFar() {
   return cost;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -1,4 +1,4 @@
-// Shows how far a long command has come, on standard error.
+// Shows how far a long command has come, on standard error, and measures what it cost.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@
 
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 // A bar on a terminal; elsewhere a line every tenth, or where it takes long. Nothing is shown below
 // the log level "info" (--quiet).
@@ -68,4 +68,4 @@ struct ProcessCost {
 
 ProcessCost CostSoFar();
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

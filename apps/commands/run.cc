@@ -18,7 +18,7 @@
 #include "export/export.h"
 #include "mapping/map/map_folder.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 struct RunArguments {
@@ -124,9 +124,8 @@ void RunAll(const RunArguments& arguments) {
   const MapResult map = ReadMapFolder(output + "/map");
   ExportOptions exporting = arguments.exporting;
   exporting.colmap.calibration = output + "/map/calibration.yaml";
-  const std::vector<std::string> files = Timed("export", [&] {
-    return ExportMap(map, &export_folder, exporting, StageProgress("export"));
-  });
+  const std::vector<std::string> files = Timed(
+      "export", [&] { return ExportMap(map, &export_folder, exporting, StageProgress("export")); });
   const std::string page = WriteRunPage(map, output);
   PrintAccuracies(odometry.sequence, run, map);
   PrintCost(run.timings);
@@ -157,4 +156,4 @@ void AddRunCommand(CLI::App& app) {
   command->callback([arguments] { RunAll(*arguments); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

@@ -14,7 +14,7 @@
 #include "data/simulator/simulation.h"
 #include "data/simulator/truth.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 namespace {
 
 constexpr const char* kExamples = R"(Examples:
@@ -63,7 +63,8 @@ std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
                                            const RenderTask& task) {
   const std::string& path = arguments.simulation.scene;
   const RendererOptions options = MakeRendererOptions(arguments);
-  const Scene scene = ReadScene(path, task.Stage("reading the scene"), MakeInexactOptions(arguments));
+  const Scene scene =
+      ReadScene(path, task.Stage("reading the scene"), MakeInexactOptions(arguments));
   const WayCrossings crossings = CheckWay(scene, task);
   if (crossings.count > 0) {
     const Eigen::Vector3d& place = crossings.first_place_m;
@@ -189,4 +190,4 @@ void AddSimulateCommand(CLI::App& app) {
   command->callback([arguments] { RunSimulate(*arguments); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline commands

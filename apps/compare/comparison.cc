@@ -7,7 +7,7 @@
 
 #include "apps/evaluation/straightness_report.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -185,7 +185,7 @@ std::vector<Ranked> SequenceResult::Of(const FigureInfo& figure) const {
 }
 
 std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGroup group,
-                                  bool in_table_only) {
+                                      bool in_table_only) {
   std::vector<FigureInfo> figures;
   for (const FigureInfo& figure : AllFigures()) {
     if (figure.group != group || (in_table_only && !figure.in_table)) continue;
@@ -287,4 +287,4 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   return notes;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -11,7 +11,7 @@
 #include "data/io/map_line.h"
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct StageCost {
   std::string name;
@@ -54,7 +54,7 @@ struct Comparison {
 
 // The figures that some method of a sequence has.
 std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGroup group,
-                                  bool in_table_only);
+                                      bool in_table_only);
 
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 std::string ComparisonCsv(const Comparison& comparison);    // a row a method and figure
@@ -64,4 +64,4 @@ std::string ComparisonLatex(const Comparison& comparison);
 // Which measures were made without truth, and what the floor under them is, in words.
 std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

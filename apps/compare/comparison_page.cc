@@ -9,7 +9,7 @@
 #include "apps/compare/page_plots.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 // What bars are drawn of, where it was measured.
@@ -163,10 +163,10 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
   }
   html += "</table></div>\n<ul class=\"soft\">";
   for (const FigureInfo& figure : figures) {
-    html +=
-        fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
-                    figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
-                    EscapeMarkup(DescribeFigure(figure.key)), figure.less_is_better ? "less" : "more");
+    html += fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
+                        figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
+                        EscapeMarkup(DescribeFigure(figure.key)),
+                        figure.less_is_better ? "less" : "more");
   }
   return html + "</ul>\n";
 }
@@ -228,12 +228,13 @@ std::string ComparisonPage(const Comparison& comparison) {
       "<title>slcmap: comparison</title>\n<style>{}</style></head><body>\n"
       "<h1>Comparison of methods</h1>\n<p class=\"soft\">slcmap {}, {}, "
       "{}<br><code>{}</code></p>\n",
-      std::string(kStyle) + kPlotStyle, EscapeMarkup(comparison.version), EscapeMarkup(comparison.date),
-      EscapeMarkup(comparison.machine), EscapeMarkup(comparison.command));
+      std::string(kStyle) + kPlotStyle, EscapeMarkup(comparison.version),
+      EscapeMarkup(comparison.date), EscapeMarkup(comparison.machine),
+      EscapeMarkup(comparison.command));
   for (const SequenceResult& sequence : comparison.sequences) {
     html += Section(sequence, comparison.repeats);
   }
   return html + "</body></html>\n";
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -5,10 +5,10 @@
 
 #include "apps/compare/comparison.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // Tables, bars with their spread, trajectories over the truth, line maps side by side and cost by
 // stage, drawn as SVG within the page.
 std::string ComparisonPage(const Comparison& comparison);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 const std::vector<FigureInfo>& AllFigures() {
   using enum FigureGroup;
@@ -202,4 +202,4 @@ std::string OrderInWords(const std::vector<Ranked>& methods, bool less_is_better
   return parts.empty() ? "the spread bears no order" : fmt::format("{}", fmt::join(parts, "; "));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// The figures that methods are compared by: one list, which all tables, files and plots follow.
+// The figures that methods are compared by, and how they spread over repeats.
 #pragma once
 
 #include <map>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 enum class FigureGroup { kTrajectory, kStraightness, kLines, kDenseMap, kCost };
 
@@ -64,4 +64,4 @@ std::optional<size_t> FindBestMethod(const std::vector<Ranked>& methods, bool le
 // before points-lines", or why there is none.
 std::string OrderInWords(const std::vector<Ranked>& methods, bool less_is_better);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

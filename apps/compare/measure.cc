@@ -16,7 +16,7 @@
 #include "odometry/run/run.h"
 #include "odometry/run/run_folder.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -297,7 +297,7 @@ class SequenceMeasurer {
 
   // The share of the keyframes that the run itself has poses for, and the trajectory too.
   static double ComputeShare(const OdometryRun& run, const Trajectory& own,
-                        const Trajectory& trajectory) {
+                             const Trajectory& trajectory) {
     int64_t keyframes = 0, shared = 0;
     for (const Keyframe& keyframe : run.keyframes) {
       if (!PoseAt(own, keyframe.stamp_ns)) continue;
@@ -433,4 +433,4 @@ SequenceResult MeasureSequence(const MeasuredSequence& sequence, const Progress&
   return SequenceMeasurer(sequence, progress).Measure();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

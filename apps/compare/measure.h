@@ -9,7 +9,7 @@
 #include "apps/evaluation/straightness.h"
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // The folders of one finished run.
 struct RunFolders {
@@ -45,4 +45,4 @@ std::optional<size_t> ReferenceAmong(const std::vector<MeasuredMethod>& methods)
 // Throws DataError where files cannot be read, and StoppedError when progress says so.
 SequenceResult MeasureSequence(const MeasuredSequence& sequence, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -11,7 +11,7 @@
 
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Vector2d;
@@ -97,8 +97,7 @@ class Plan {
     });
     ticks(low.y(), high.y(), [&](double m) {
       const double y = At({0, m}).y();
-      svg += Line(26, y, 30, y, "scale") +
-             Text(24, y + 4, fmt::format("{:g}", m), "end", "small");
+      svg += Line(26, y, 30, y, "scale") + Text(24, y + 4, fmt::format("{:g}", m), "end", "small");
     });
     return svg + Text(width_ - 4, height_, "x [m]", "end", "small") +
            Text(4, 9, "y [m]", "start", "small");
@@ -121,7 +120,7 @@ std::string DrawStart(const Trajectory& trajectory, const Plan& plan, const std:
 }
 
 std::string DrawPath(const Trajectory& trajectory, const Plan& plan, const std::string& colour,
-                   double width) {
+                     double width) {
   std::string points;
   const size_t step = trajectory.size() / kMaxPlotted + 1;
   for (size_t i = 0; i < trajectory.size(); i += step) {
@@ -430,4 +429,4 @@ std::string StagePlot(const SequenceResult& sequence) {
   return Svg(kWidth, y + 18, "wall time by stage", svg);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -5,7 +5,7 @@
 
 #include "apps/compare/comparison.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // The colour of a sequence's method, by its index, in CSS.
 std::string MethodColour(const SequenceResult& sequence, size_t method);
@@ -29,4 +29,4 @@ std::string LineMapPlot(const SequenceResult& sequence, const MethodResult& meth
 // Wall time by stage, a bar a method; "" without any.
 std::string StagePlot(const SequenceResult& sequence);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

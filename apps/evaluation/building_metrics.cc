@@ -14,7 +14,7 @@
 #include "data/core/math.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Vector2d;
@@ -28,7 +28,9 @@ constexpr double kMostApart_m = 20;
 constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared with it
 
 // The level direction along an upright plane.
-Vector3d ComputeAlong(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
+Vector3d ComputeAlong(const Vector3d& normal) {
+  return Vector3d::UnitZ().cross(normal).normalized();
+}
 
 Interval ComputeExtent(const std::vector<Vector3d>& points, const Vector3d& direction) {
   Interval extent{1e9, -1e9};
@@ -132,7 +134,8 @@ class WallComparison {
     const Vector3d along = ComputeAlong(a.normal);
     if (std::abs(a.offset_m + b.offset_m) > kMostApart_m) return false;
     const auto beside_m = [&](const Vector3d& direction) {
-      return LengthInBoth(ComputeExtent(a.seen_world, direction), ComputeExtent(b.seen_world, direction));
+      return LengthInBoth(ComputeExtent(a.seen_world, direction),
+                          ComputeExtent(b.seen_world, direction));
     };
     return beside_m(along) >= kLeastBeside_m && beside_m(Vector3d::UnitZ()) >= kLeastBeside_m;
   }
@@ -146,7 +149,7 @@ class WallComparison {
 
 // Two rectangles of upright planes, as seen along the normal of the first.
 double ComputeOverlap(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
-                 const Vector3d& normal) {
+                      const Vector3d& normal) {
   const Vector3d along = ComputeAlong(normal), up = Vector3d::UnitZ();
   const Interval a_along = ComputeExtent(a, along), a_up = ComputeExtent(a, up);
   const Interval b_along = ComputeExtent(b, along), b_up = ComputeExtent(b, up);
@@ -294,7 +297,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Percent(int64_t part, int64_t all) { return FigureText(100 * ComputeShare(part, all), 1); }
+std::string Percent(int64_t part, int64_t all) {
+  return FigureText(100 * ComputeShare(part, all), 1);
+}
 
 void AddSide(const Eigen::Vector2d& a, const Eigen::Vector2d& b, SvgSeries* series) {
   series->points.push_back(a);
@@ -382,4 +387,4 @@ void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
   WriteFile(path, DrawSvg(plot));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

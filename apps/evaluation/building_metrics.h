@@ -1,4 +1,4 @@
-// How well a mapped building shows the true one.
+// Mapped walls, openings and rooms against true ones: metrics, table, JSON and plan.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include "data/io/true_building.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct BuildingMetricOptions {
   double min_seen_m2 = 2;           // of a true wall that should be found
@@ -65,4 +65,4 @@ nlohmann::ordered_json BuildingJson(const BuildingInputs& inputs, const Building
 void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
                        const Building& building);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -12,7 +12,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -364,7 +364,7 @@ class GapsByTime {
 };
 
 WeightedRms MeasureThickness(const Ends& ends, const FittedLine& line,
-                        const EdgeStraightnessOptions& options) {
+                             const EdgeStraightnessOptions& options) {
   WeightedRms thickness(options.pose_sigma_m);
   for (const End& end : ends) {
     const Across across = line.MeasureAcross(end.place);
@@ -442,4 +442,4 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
   return kept;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// How well freely placed segments, or normals, keep to three directions at right angles.
+// How straight edges are by observations that are placed alone, and how square directions are.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 #include "apps/evaluation/reference_observations.h"
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct WeightedDirection {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit; its sign means nothing
@@ -39,7 +39,7 @@ std::optional<DirectionMetrics> MeasureDirections(const std::vector<WeightedDire
 
 // The axis (0, 1, 2) within max_angle_deg of a direction; nothing where there is none.
 std::optional<int> FindAxis(const Eigen::Matrix3d& axes, const Eigen::Vector3d& direction,
-                          double max_angle_deg);
+                            double max_angle_deg);
 
 // How straight edges are that a building has straight: each observation placed alone with the pose
 // of its moment, one line fitted to all of them.
@@ -98,4 +98,4 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
                                        const Trajectory& trajectory,
                                        const EdgeStraightnessOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -11,7 +11,7 @@
 
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 constexpr double kSpacing_m = 0.1;    // of the points that stand for a segment in the tree
@@ -289,4 +289,4 @@ LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& li
   return GapCounter(truth, lines, options).Count();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

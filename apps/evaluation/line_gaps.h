@@ -1,4 +1,4 @@
-// Finds the segment of nearly the same direction that is nearest to a point.
+// Lines that are near to each other, and the gaps between mapped lines of one edge.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 #include "data/io/map_line.h"
 #include "data/io/ply.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 class SegmentIndex {
  public:
@@ -67,4 +67,4 @@ struct LineGaps {
 LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines,
                           const LineGapOptions& options = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -16,7 +16,7 @@
 #include "data/core/math.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 double Length(const PlySegment& segment) {
@@ -401,4 +401,4 @@ void WriteLinePlan(const std::string& path, const TrueEdges& truth,
   WriteFile(path, DrawSvg(plot));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

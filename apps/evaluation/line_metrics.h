@@ -1,4 +1,4 @@
-// How well a line map shows the true edges of a building.
+// Mapped lines against true edges: metrics, table, JSON and plan.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 #include "data/core/progress.h"
 #include "data/io/map_line.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct LineMetricOptions {
   double sample_m = 0.02;     // between samples along mapped lines and true edges
@@ -95,4 +95,4 @@ nlohmann::ordered_json LineJson(const LineInputs& inputs, const LineMetrics& met
 void WriteLinePlan(const std::string& path, const TrueEdges& truth,
                    const std::vector<MapLine>& lines);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -10,7 +10,7 @@
 
 #include "apps/evaluation/report.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Vector3d;
@@ -43,7 +43,7 @@ struct Match {
   double distance_m = 0;
 };
 std::optional<Match> FindMatch(const TruePipe& truth, const std::vector<MapPipe>& pipes,
-                             bool with_radius, const PipeMetricOptions& options) {
+                               bool with_radius, const PipeMetricOptions& options) {
   std::optional<Match> best;
   for (const MapPipe& pipe : pipes) {
     if (with_radius && !HasRadius(truth, pipe, options)) continue;
@@ -104,8 +104,8 @@ std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics) {
       "false     {} of {} mapped\n"
       "radius    {} m median, {} m 95 %; axis {} m median\n",
       inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes,
-      FigureText(100 * ComputeShare(metrics.found, metrics.pipes), 1), metrics.found_m, metrics.seen_m,
-      metrics.found_axes, metrics.false_pipes, metrics.mapped,
+      FigureText(100 * ComputeShare(metrics.found, metrics.pipes), 1), metrics.found_m,
+      metrics.seen_m, metrics.found_axes, metrics.false_pipes, metrics.mapped,
       FigureText(metrics.radius_median_m, 4), FigureText(metrics.radius_95_m, 4),
       FigureText(metrics.axis_median_m, 4));
 }
@@ -125,4 +125,4 @@ nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& met
           {"axis_error_median_m", metrics.axis_median_m}};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

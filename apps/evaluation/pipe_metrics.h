@@ -10,7 +10,7 @@
 #include "data/io/map_line.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // When a mapped pipe is a true one.
 struct PipeMetricOptions {
@@ -45,4 +45,4 @@ struct PipeInputs {
 std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics);
 nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

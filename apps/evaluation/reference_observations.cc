@@ -9,7 +9,7 @@
 #include "data/io/yaml.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -263,4 +263,4 @@ ReferenceObservations SeenByAll(const ReferenceObservations& observations,
   return seen;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -11,7 +11,7 @@
 #include "data/io/trajectory.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct PlacementOptions {
   double sigma_px = 0.1;      // of an observed edge or point, across it
@@ -73,4 +73,4 @@ struct PlacedInWorld {
 };
 PlacedInWorld InWorld(const Placed& place, const RigidTransform& T_world_imu);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -9,7 +9,7 @@
 
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 constexpr double kWidth = 800, kHeight = 600;  // user units, as all lengths on the page here
@@ -177,4 +177,4 @@ std::string DrawSvg(const SvgPlot& plot) {
   return svg + Legend(plot.series) + "</svg>\n";
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// Figures of nothing, which are no figures: 0 would be a perfect one, or the worst.
+// What reports are made of: figures of nothing, and plots as SVG.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
@@ -13,13 +13,15 @@
 
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // Not a number; null in JSON.
 inline constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
 
 // A part of a whole; of none, no figure.
-inline double ComputeShare(double part, double whole) { return whole > 0 ? part / whole : kNoFigure; }
+inline double ComputeShare(double part, double whole) {
+  return whole > 0 ? part / whole : kNoFigure;
+}
 inline double ComputeShare(int64_t part, int64_t whole) {
   return ComputeShare(static_cast<double>(part), static_cast<double>(whole));
 }
@@ -58,4 +60,4 @@ struct SvgPlot {
 // those that show are drawn.
 std::string DrawSvg(const SvgPlot& plot);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -13,7 +13,7 @@
 #include "apps/evaluation/edge_straightness.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -285,7 +285,7 @@ namespace {
 using Eigen::Vector3d;
 
 std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges,
-                                            const StraightnessOptions& options) {
+                                                 const StraightnessOptions& options) {
   std::vector<WeightedDirection> directions;
   for (const FittedEdge& line : edges.lines) {
     if (line.length_m < options.min_line_m) continue;
@@ -327,7 +327,7 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
   progress.ReportOrStop(0.6);
   const auto directions = MeasureDirections(
       CollectDirections(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9)),
-                   options),
+                        options),
       options.directions);
   progress.ReportOrStop(0.9);
   if (directions) {
@@ -344,7 +344,8 @@ Straightness MeasureStraightness(const StraightnessReference& reference,
   Straightness result;
   result.edges =
       RetriangulateEdges(observations.edges, trajectory, options.edges, progress.Part(0, 0.4));
-  result.directions = MeasureDirections(CollectDirections(result.edges, options), options.directions);
+  result.directions =
+      MeasureDirections(CollectDirections(result.edges, options), options.directions);
   result.flatness =
       MeasureFlatness(FlatPoints(observations.points, trajectory, options.max_flat_sigma_m),
                       options.flatness, progress.Part(0.4, 0.8));
@@ -377,4 +378,4 @@ MapStraightness MeasureMapStraightness(const Building& building,
                       options.survey)};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// How flat a cloud is where it is flat, without any truth.
+// How straight, flat and square a run or a map is, without a true building.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 #include "apps/evaluation/wall_survey.h"
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct FlatnessOptions {
   double radius_m = 0.3;      // of a point's neighbourhood
@@ -134,4 +134,4 @@ MapStraightness MeasureMapStraightness(const Building& building,
                                        const StraightnessOptions& options,
                                        const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

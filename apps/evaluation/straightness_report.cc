@@ -10,7 +10,7 @@
 
 #include "apps/evaluation/report.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Row = std::pair<double, double>;  // length [m], what is allowed [mm]
@@ -329,4 +329,4 @@ Json MapStraightnessJson(const MapStraightness& straightness, const Straightness
   return json;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// What surveyors hold a building, or a map of one, against.
+// Straightness as tables and JSON, beside the tolerances of buildings.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,7 +7,7 @@
 
 #include "apps/evaluation/straightness.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // DIN 18202 (finished walls), by interpolation between the lengths that it lists: the gap under a
 // straightedge of a length (3, 5, 10, 20, 25 mm at 0.1, 1, 4, 10, 15 m).
@@ -66,4 +66,4 @@ std::string MapStraightnessTable(const MapStraightness& straightness,
 nlohmann::ordered_json MapStraightnessJson(const MapStraightness& straightness,
                                            const StraightnessOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

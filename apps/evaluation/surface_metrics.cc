@@ -14,13 +14,13 @@
 #include "data/calibration/calibration.h"
 #include "data/io/ply.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 double ShareWithin(const std::vector<double>& distances_m, double tolerance_m) {
   const auto is_within = [&](double distance_m) { return distance_m <= tolerance_m; };
   return ComputeShare(std::count_if(distances_m.begin(), distances_m.end(), is_within),
-                 std::ssize(distances_m));
+                      std::ssize(distances_m));
 }
 
 std::vector<double> DistancesToSurfaces(const TriangleTree& surfaces, const EvaluatedCloud& cloud,
@@ -370,4 +370,4 @@ Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
   return json;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// How well a cloud of points shows the true surfaces of a building.
+// Clouds and occupancy against true surfaces: metrics, table and JSON.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 #include "data/core/progress.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct EvaluatedCloud {
   std::vector<Eigen::Vector3d> points;
@@ -104,4 +104,4 @@ std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metr
 nlohmann::ordered_json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
                                    const CloudMetricOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

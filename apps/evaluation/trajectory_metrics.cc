@@ -11,7 +11,7 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 // Minimises sum |truth - Rz(yaw) estimate - t|^2: with both sets centred, the sum falls with
@@ -315,4 +315,4 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
   return metrics;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// Transforms that lay an estimated trajectory over the truth.
+// Errors of a trajectory against the true one, and the alignment of both.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // What an alignment may change. A visual-inertial estimator observes all but position and yaw, so
 // kPositionYaw is the fair one; kRigid is what most other tools do; kSimilarity also scales, which
@@ -116,4 +116,4 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
                                      const std::vector<int64_t>& reference_stamps_ns,
                                      const TrajectoryMetricOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -19,7 +19,7 @@
 #include "mapping/external_poses/pose_reading.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -129,7 +129,8 @@ std::optional<std::string> FindOtherForm(
                      remedy.up, form.up, FormatOptions(remedy));
 }
 
-std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth) {
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration,
+                                             const std::string& truth) {
   Warnings warnings;
   if (!calibration.empty()) return ReadCalibration(calibration, &warnings).rig.T_imu_camera[0];
   std::error_code error;
@@ -261,7 +262,7 @@ constexpr char kRotationColour[] = "#2060c0";
 // Both trajectories seen along one axis of the true world; `vertical` is the world axis that is
 // drawn upwards.
 SvgPlot TrajectoryView(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
-             const std::string& y_label) {
+                       const std::string& y_label) {
   SvgPlot plot{title, "x [m]", y_label, true, {}};
   SvgSeries truth{"truth", kPlotTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
   for (const AssociatedPose& pose : metrics.poses) {
@@ -402,4 +403,4 @@ std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// Whether an estimate is written in another form than its truth.
+// Trajectory metrics as tables, JSON and plots, and why an estimate may be of another form.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 #include "data/io/trajectory.h"
 #include "mapping/external_poses/image_steps.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 // What is wrong with the estimate as it was read (its quaternions, its body, its inverse, the
 // scale, its clock, its up), by the movements of the truth, and the options that take it; nothing
@@ -27,7 +27,8 @@ std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& es
 
 // Where the left camera is on the IMU, by the calibration that is named, or that of the recording
 // that a file of true poses lies beside or in; nothing where there is none.
-std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth);
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration,
+                                             const std::string& truth);
 
 // Trajectory metrics as text: a table to read and JSON to compute with.
 
@@ -65,4 +66,4 @@ std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
 std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
                                                const std::string& calibration_csv);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -12,7 +12,7 @@
 #include "data/io/ply.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 constexpr char kColumns[] = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m";
@@ -314,13 +314,12 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 namespace {
 
-constexpr OptionTable kEdgesTable{
-    Option{"min_length_m", &ClearViewOptions::min_length_m, 0.0, 1e3},
-    Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
-    Option{"min_frames", &ClearViewOptions::min_frames, 1, 1000000},
-    Option{"interval_s", &ClearViewOptions::interval_s, 1e-3, 1e3},
-    Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0},
-    Option{"margin_m", &ClearViewOptions::margin_m, 0.0, 0.1}};
+constexpr OptionTable kEdgesTable{Option{"min_length_m", &ClearViewOptions::min_length_m, 0.0, 1e3},
+                                  Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
+                                  Option{"min_frames", &ClearViewOptions::min_frames, 1, 1000000},
+                                  Option{"interval_s", &ClearViewOptions::interval_s, 1e-3, 1e3},
+                                  Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0},
+                                  Option{"margin_m", &ClearViewOptions::margin_m, 0.0, 0.1}};
 
 double EdgeLength(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
@@ -422,4 +421,4 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
   return parts;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -1,4 +1,4 @@
-// The true edges of a building that a line map is compared with.
+// The true edges and surfaces of a building, and which of them the cameras saw.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@
 #include "data/io/ply.h"
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct TrueEdges {
   // Edges of which the cameras saw a part, from end to end; of those that are bent, their straight
@@ -23,7 +23,7 @@ struct TrueEdges {
   std::vector<PlySegment> seen;  // the parts that they saw
   // Which edge each of `whole` is of: pieces of one have the same. Empty: each is an edge.
   std::vector<int64_t> edge_of_whole = {};
-  // The parts that they saw well (clear_edges.h), where that is known.
+  // The parts that they saw well, where that is known.
   std::optional<std::vector<PlySegment>> clear = {};
   std::vector<PlySegment> unseen = {};  // edges of which they saw nothing
   // Outlines of the openings that one goes through, on each face of a wall.
@@ -134,7 +134,6 @@ struct ClearViewOptions {
 // surfaces. Throws StoppedError when progress says so.
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
-                                    const ClearViewOptions& options,
-                                    const Progress& progress = {});
+                                    const ClearViewOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -11,7 +11,7 @@
 #include "data/core/math.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -245,7 +245,7 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
 
 // The stretch of a face along a direction, from a place.
 SurveyExtent FindExtent(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
-                       const Vector3d& up) {
+                        const Vector3d& up) {
   const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
   SurveyExtent extent;
   for (const double sign : {-1.0, 1.0}) {
@@ -428,4 +428,4 @@ std::vector<SurveyedPoints> WallsOfMap(const Building& building,
   return walls;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

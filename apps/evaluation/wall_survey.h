@@ -1,5 +1,4 @@
-// Walls measured as surveyors do, from points that nothing laid on a plane: the gap under a
-// straightedge, verticality, distances between faces, angles.
+// How flat and straight walls are, by lines and by points near them.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,7 @@
 #include "mapping/map/building.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline evaluation {
 
 struct SurveyOptions {
   std::vector<double> straightedges_m = {1, 4, 10, 15};
@@ -110,4 +109,4 @@ std::vector<SurveyedPoints> WallsOfMap(const Building& building,
                                        const std::vector<DensePoint>& cloud,
                                        const MapWallOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline evaluation

@@ -15,7 +15,7 @@
 #include "data/io/file.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 namespace fs = std::filesystem;
@@ -540,4 +540,4 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
   return ReadKalibrCalibration(path, imu_path, warnings, mirrored, cameras);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -7,7 +7,7 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A rig of one camera has no width in its second.
 inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
@@ -18,8 +18,8 @@ enum class Mirrored { kRefused, kNegated };
 
 struct Calibration {
   Rig rig;
-  std::string source;        // the files and the transforms read from them, for the user to see
-  std::vector<int> cameras;  // that the rig is of: 0 and 1 of "cam0", "cam1", or others of a chain
+  std::string source;         // the files and the transforms read from them, for the user to see
+  std::vector<int> cameras;   // that the rig is of: 0 and 1 of "cam0", "cam1", or others of a chain
   std::string without_noise;  // the file that lacks the IMU's noise: a typical one is taken
 };
 
@@ -70,4 +70,4 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings,
 // the rig as a whole.
 void CheckRig(const Rig& rig, const std::string& place);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

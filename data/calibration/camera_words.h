@@ -8,7 +8,7 @@
 #include "data/core/camera.h"
 #include "data/core/rigid_transform.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A camera's numbers under the names that Kalibr gives them: intrinsics are fx, fy, cx, cy in
 // pixels, behind the numbers of the lens (xi of omni, alpha and beta of eucm, xi and alpha of ds).
@@ -53,4 +53,4 @@ struct ChainCamera {
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kMinGain = 0.5, kMaxGain = 2;  // of an IMU that is calibrated at all
@@ -175,4 +175,4 @@ void Correct(const ImuCorrection& correction, std::vector<ImuSample>* samples) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

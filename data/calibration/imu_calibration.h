@@ -10,7 +10,7 @@
 #include "data/core/types.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // "a.yaml: cam0" and "intrinsics" -> "cam0.intrinsics in a.yaml", for remedies.
 inline std::string KeyInFile(const std::string& place, const std::string& key) {
@@ -48,4 +48,4 @@ std::string KalibrImuCorrection(const ImuCorrection& correction);
 // Samples as an ideal IMU would have read them.
 void Correct(const ImuCorrection& correction, std::vector<ImuSample>* samples);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

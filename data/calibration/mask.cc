@@ -10,7 +10,7 @@
 #include "data/core/error.h"
 #include "data/io/image.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kMostLeftOut = 0.95;  // of an image: beyond, black and white are exchanged
@@ -102,4 +102,4 @@ cv::Mat MaskOfRuns(const std::vector<int>& runs, const Camera& camera, const std
   return mask;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

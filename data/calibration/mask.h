@@ -10,12 +10,12 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Reads masks, one a camera of the rig (or that of the left one alone), into the rig. The word
 // "none" stands for no file: then nothing is looked for either. Throws DataError for files that are
-// no images of the camera's size, for a mask that leaves out nearly all, and for masks of which none
-// leaves out anything.
+// no images of the camera's size, for a mask that leaves out nearly all, and for masks of which
+// none leaves out anything.
 void ReadMasks(const std::vector<std::string>& paths, Rig* rig);
 
 inline constexpr const char* kNoMask = "none";
@@ -28,4 +28,4 @@ double LeftOut(const cv::Mat& mask);
 std::vector<int> CollectRuns(const cv::Mat& mask);
 cv::Mat MaskOfRuns(const std::vector<int>& runs, const Camera& camera, const std::string& place);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

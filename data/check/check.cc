@@ -19,7 +19,7 @@
 #include "data/source/asl_source.h"
 #include "data/source/imu_streams.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kMinImageRate_hz = 8, kMinImuRate_hz = 80;
@@ -62,8 +62,7 @@ constexpr Remedy kRemedies[] = {
     {kClockJump, "clock",
      "let nothing set the recorder's clock while it records (NTP); what follows is put where it "
      "belongs, and starts a new segment unless the other camera's stamps tell its time"},
-    {kImageFewBits, "image-bits",
-     "nothing where that is so; else write true 16 bits, or 8"},
+    {kImageFewBits, "image-bits", "nothing where that is so; else write true 16 bits, or 8"},
     {kImageMosaic, "mosaic", "write grey or colour images; details are blurred a little"},
     {kImageOrientation, "orientation",
      "nothing where the cameras were calibrated with images as stored; else turn the pixels, and "
@@ -426,4 +425,4 @@ void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& s
   CheckMotion(source, Corrected(rig, *report), samples, progress.Part(0.4, 1), report);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

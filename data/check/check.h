@@ -8,7 +8,7 @@
 #include "data/source/sequence.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct TurnAlignment;
 
@@ -64,13 +64,12 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
 void CheckMotion(const SequenceSource& source, const Rig& rig,
                  const std::vector<ImuSample>& samples, const Progress& progress,
                  CheckReport* report);
-// Whether a gap of the images or of the samples alone is a clock that was set forward: by how images
-// turn against the gyroscope before and behind it.
-void CheckClock(const SequenceSource& source, const Rig& rig,
-                const std::vector<ImuSample>& samples, const Progress& progress,
-                CheckReport* report);
+// Whether a gap of the images or of the samples alone is a clock that was set forward: by how
+// images turn against the gyroscope before and behind it.
+void CheckClock(const SequenceSource& source, const Rig& rig, const std::vector<ImuSample>& samples,
+                const Progress& progress, CheckReport* report);
 // All of these.
 void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
                    const Progress& progress, CheckReport* report);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

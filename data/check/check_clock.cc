@@ -9,7 +9,7 @@
 #include "data/check/turn_alignment.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kClockGap_s = 0.08;    // beyond a usual step, at least
@@ -88,8 +88,8 @@ class ClockJudge {
   // Where the clock was set the offset of what is behind is another, by the gap; else it stays.
   void JudgeGap(const TableGap& gap, bool of_images, CheckReport* report) const {
     const int64_t look_ns = ToNanoseconds(kClockLook_s);
-    const TurnAlignment before = Align(TurnsBetween(gap.from_ns - look_ns, gap.from_ns + 1),
-                                       rig_.camera_time_offset_s);
+    const TurnAlignment before =
+        Align(TurnsBetween(gap.from_ns - look_ns, gap.from_ns + 1), rig_.camera_time_offset_s);
     if (!before.enough_motion || before.claimed.unexplained >= kExplained) return;
     const auto behind = TurnsBetween(gap.to_ns, gap.to_ns + look_ns);
     const auto fits = [&](const TurnAlignment& turns, double offset_s) {
@@ -130,10 +130,9 @@ class ClockJudge {
 
 }  // namespace
 
-void CheckClock(const SequenceSource& source, const Rig& rig,
-                const std::vector<ImuSample>& samples, const Progress& progress,
-                CheckReport* report) {
+void CheckClock(const SequenceSource& source, const Rig& rig, const std::vector<ImuSample>& samples,
+                const Progress& progress, CheckReport* report) {
   ClockJudge(source, rig, samples, progress).Judge(report);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -15,7 +15,7 @@
 #include "data/core/math.h"
 #include "data/source/asl_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kClear = 6;  // standard deviations, for a finding
@@ -366,4 +366,4 @@ void CheckMirrored(const std::string& path, SequenceOptions options, const Progr
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

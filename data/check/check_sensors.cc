@@ -14,7 +14,7 @@
 #include "data/core/types.h"
 #include "data/io/image.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr size_t kSamples = 24;    // places in the sequence
@@ -108,7 +108,7 @@ struct Swing {
 struct Sample {
   std::array<CameraCounts, 2> cameras;
   std::array<std::vector<Swing>, 2> swings;  // where there are enough images
-  Problems problems;  // that only decoding finds
+  Problems problems;                         // that only decoding finds
   int64_t images = 0, pairs = 0, same = 0;
 };
 
@@ -411,4 +411,4 @@ void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
   CheckGyroUnit(samples, report);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

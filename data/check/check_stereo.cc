@@ -13,7 +13,7 @@
 #include "data/check/view_geometry.h"
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr size_t kStereoSamples = 12, kRowSamples = 24;
@@ -372,7 +372,8 @@ bool JudgeSynchronisation(const SequenceSource& source, const std::string& found
   double best = std::max(kMinAgree, kStereoMuchBetter * share);
   int best_later = 0;
   for (const int later : {1, -1, 2, -2}) {
-    const Agreement agreement = ComputeAgreement(Matches(source, later, progress), source.info().rig);
+    const Agreement agreement =
+        ComputeAgreement(Matches(source, later, progress), source.info().rig);
     if (agreement.share <= best) continue;
     best = agreement.share;
     best_later = later;
@@ -450,4 +451,4 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
   CheckRows(source, coarse_rad, progress.Part(0.5, 1), report);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -9,7 +9,7 @@
 #include "data/core/types.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr size_t kMinMeasurements = 12;
@@ -282,4 +282,4 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
   return alignment;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

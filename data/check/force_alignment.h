@@ -6,7 +6,7 @@
 #include "data/check/image_motion.h"
 #include "data/check/turn_alignment.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct ForceFit {
   AxisChange change;  // of the accelerometer's axes, against the camera's as claimed
@@ -34,4 +34,4 @@ struct ForceAlignment {
 ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vector<ImuSample>& imu,
                            const TurnAlignment& turns, const RigidTransform& T_imu_camera);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

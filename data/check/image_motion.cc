@@ -12,7 +12,7 @@
 #include "data/core/types.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kPart_s = 4;
@@ -74,14 +74,14 @@ class Follower {
       if (!pixel || !rig_.cameras[1].Contains(*pixel)) continue;
       points.push_back(&point);
       left.push_back(point.pixel);
-      guess.push_back(like_left_.FromRight(
-          {static_cast<float>(pixel->x()), static_cast<float>(pixel->y())}));
+      guess.push_back(
+          like_left_.FromRight({static_cast<float>(pixel->x()), static_cast<float>(pixel->y())}));
     }
     if (right.empty() || points.empty()) return;
     std::vector<uchar> found;
     std::vector<float> error;
-    cv::calcOpticalFlowPyrLK(like_left_.Left(image_), like_left_.Right(right), left, guess, found, error,
-                             kPatch_px, kStereoLevels, kUntil, cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(like_left_.Left(image_), like_left_.Right(right), left, guess, found,
+                             error, kPatch_px, kStereoLevels, kUntil, cv::OPTFLOW_USE_INITIAL_FLOW);
     for (size_t i = 0; i < points.size(); ++i) {
       const cv::Point2f right_px = like_left_.ToRight(guess[i]);
       if (!found[i] || !rig_.cameras[1].Contains({right_px.x, right_px.y}, kBorder_px)) continue;
@@ -137,8 +137,9 @@ class Follower {
 
   // The point of a stereo match, in the left camera; nothing where its rays miss each other or are
   // nearly parallel.
-  std::optional<Eigen::Vector3d> ComputePoint(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
-                                         const RigidTransform& T_left_right) const {
+  std::optional<Eigen::Vector3d> ComputePoint(const Eigen::Vector3d& left,
+                                              const Eigen::Vector3d& right,
+                                              const RigidTransform& T_left_right) const {
     const double pixel_rad = 1 / rig_.cameras[0].MiddleFocal_px();
     const Eigen::Vector3d ray = T_left_right.rotation * right, &t = T_left_right.translation;
     const double parallax_rad = left.cross(ray).norm();
@@ -342,4 +343,4 @@ ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
   return motion;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

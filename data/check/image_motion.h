@@ -8,7 +8,7 @@
 #include "data/core/progress.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The rotation of the left camera between two of its images, on the camera's clock.
 struct ImageTurn {
@@ -48,4 +48,4 @@ std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<
 ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
                          const std::vector<PairRange>& parts, const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

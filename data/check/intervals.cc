@@ -16,7 +16,7 @@
 #include "data/core/math.h"
 #include "data/source/asl_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr size_t kStretchSamples = 16, kLeastStretch = 3;  // samples; of a part, at least
@@ -129,8 +129,8 @@ class IntervalFinder {
 
   Agreeing FindAgreeing(const std::vector<RayPair>& matches) const {
     const std::vector<double> rows_px = Rows_px(matches);
-    const auto agree = std::ranges::count_if(
-        rows_px, [](double row_px) { return row_px < kStretchAgree_px; });
+    const auto agree =
+        std::ranges::count_if(rows_px, [](double row_px) { return row_px < kStretchAgree_px; });
     return {static_cast<int>(matches.size()), static_cast<int>(agree)};
   }
 
@@ -318,8 +318,8 @@ void LeaveOutKnocked(const IntervalFinder& finder, size_t change, const Progress
   for (const auto& [from, to] : {PairRange{0, at}, PairRange{at, sequence->images.size()}}) {
     const bool is_good = from == first;
     if (!is_good && !keeps_left) continue;
-    kept.push_back({sequence->images[from].stamp_ns, sequence->images[to - 1].stamp_ns, 0, 0,
-                    is_good});
+    kept.push_back(
+        {sequence->images[from].stamp_ns, sequence->images[to - 1].stamp_ns, 0, 0, is_good});
   }
   UsePieces(std::move(kept), sequence);
 }
@@ -340,4 +340,4 @@ Sequence SelectPairs(Sequence sequence) {
   return sequence;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

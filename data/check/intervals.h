@@ -5,7 +5,7 @@
 #include "data/core/progress.h"
 #include "data/source/sequence.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // {first, later, late} of each piece: from this pair on, the right images are those of the pair so
 // many later, and the left ones were taken so many later than their stamps say.
@@ -23,4 +23,4 @@ void MendIntervals(Sequence* sequence, const Progress& progress, CheckReport* re
 // Without the images that have lost their right one.
 Sequence SelectPairs(Sequence sequence);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

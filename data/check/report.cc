@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 const char* SeverityName(Severity severity) {
@@ -80,7 +80,8 @@ std::string CheckTable(const CheckReport& report) {
     text += fmt::format("odometry starts from the {}\n", correction.words);
   }
   text += fmt::format("\n{}: {} errors, {} warnings\n", report.Usable() ? "usable" : "not usable",
-                      CountMatching(report, Severity::kError), CountMatching(report, Severity::kWarning));
+                      CountMatching(report, Severity::kError),
+                      CountMatching(report, Severity::kWarning));
   return text;
 }
 
@@ -107,4 +108,4 @@ std::string CheckJson(const CheckReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

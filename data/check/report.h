@@ -7,7 +7,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A measured property, such as {"image rate", 20, "Hz"}.
 struct CheckFigure {
@@ -49,7 +49,7 @@ bool TurnRight(const std::vector<CheckCorrection>& corrections);
 
 struct CheckReport {
   std::string sequence;
-  std::string calibration;  // where it was read, and which transforms
+  std::string calibration;                                // where it was read, and which transforms
   std::array<std::string, 2> cameras = {"cam0", "cam1"};  // in whose place remedies name these
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
@@ -67,7 +67,7 @@ struct CheckReport {
   void Fail(const std::string& name, const std::string& found, const std::string& remedy) {
     findings.push_back({Severity::kError, name, found, Named(remedy)});
   }
-  bool Usable() const;  // no finding is an error
+  bool Usable() const;                                 // no finding is an error
   std::string Named(const std::string& remedy) const;  // with the cameras' names
 };
 
@@ -77,4 +77,4 @@ Rig Corrected(const Rig& rig, const CheckReport& report);
 std::string CheckTable(const CheckReport& report);  // to read
 std::string CheckJson(const CheckReport& report);   // to compute with
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 #include "data/check/view_geometry.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kFirstScale_px = 30, kLastScale_px = 0.25, kScaleStep = 0.5;
@@ -298,4 +298,4 @@ std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, siz
   return matches;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -8,7 +8,7 @@
 #include "data/core/progress.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct RowAlignment {
   int matches = 0;            // features found in both images
@@ -44,6 +44,7 @@ std::vector<RayPair> MatchFinely(const SequenceSource& source, const Rig& rig, s
                                  const Progress& progress);
 
 // Of one left image, in the right one of the pair so many later; none where there is no such pair.
-std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, size_t pair, int later);
+std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, size_t pair,
+                               int later);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -16,7 +16,7 @@
 #include "data/core/types.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 GyroIntegral::GyroIntegral(const std::vector<ImuSample>& imu) {
   Eigen::Vector3d integral = Eigen::Vector3d::Zero();
@@ -441,4 +441,4 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
       "(--mask gives another, --mask none leaves out nothing)");
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 #include "data/core/types.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Readings are interpolated linearly; absurd ones are left out. Over the time between two images
 // the integral is the rotation vector, but for the little that comes of an axis that turns.
@@ -63,4 +63,4 @@ int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t 
 std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
                                    const std::vector<ImuSample>& samples, const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

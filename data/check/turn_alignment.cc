@@ -11,7 +11,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr char kLetters[] = "xyz";
@@ -456,4 +456,4 @@ TurnAlignment AlignTurns(const std::vector<ImageTurn>& turns, const std::vector<
   return Aligner(turns, imu, R_imu_camera, time_offset_s).Align();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -9,7 +9,7 @@
 
 #include "data/check/image_motion.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A change of axes P: what should have been read is P times what was read.
 struct AxisChange {
@@ -77,4 +77,4 @@ std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
                                     const std::vector<ImuSample>& imu,
                                     const Eigen::Quaterniond& R_imu_camera, double time_offset_s);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

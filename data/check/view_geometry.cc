@@ -10,7 +10,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
@@ -86,7 +86,8 @@ Vector5d Linearise(const std::vector<RayPair>& rays, double noise_rad, Solution*
   std::vector<Epipolar> epipolars;
   std::vector<double> residuals_rad;
   for (const RayPair& ray : rays) {
-    epipolars.push_back(ComputeEpipolar(ray, solution->pose.R_first_second, solution->pose.direction));
+    epipolars.push_back(
+        ComputeEpipolar(ray, solution->pose.R_first_second, solution->pose.direction));
     residuals_rad.push_back(epipolars.back().residual_rad);
   }
   solution->noise_rad = noise_rad > 0 ? noise_rad : Noise_rad(residuals_rad);
@@ -144,7 +145,7 @@ Eigen::Vector3d CommonDirection(const std::vector<RayPair>& rays, const Eigen::Q
 }  // namespace
 
 Epipolar ComputeEpipolar(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
-                    const Eigen::Vector3d& direction) {
+                         const Eigen::Vector3d& direction) {
   const Eigen::Vector3d second = R_first_second * rays.second;
   const Eigen::Vector3d normal_first = direction.cross(second);
   const Eigen::Vector3d normal_second = rays.first.cross(direction);
@@ -327,4 +328,4 @@ cv::Point2f LikeLeft::ToRight(const cv::Point2f& px) const {
   return (px + cv::Point2f(0.5F, 0.5F)) / scale_ - cv::Point2f(0.5F, 0.5F);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The figure that says how well left and right images agree, in %.
 inline constexpr const char* kAgreeingMatches = "matches that agree with calibration";
@@ -37,7 +37,7 @@ struct Epipolar {
 // e = first . (direction x R_first_second second), divided by how much it changes with an error of
 // both rays (Sampson's distance); `direction` is p_first_second, of unit length.
 Epipolar ComputeEpipolar(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
-                    const Eigen::Vector3d& direction);
+                         const Eigen::Vector3d& direction);
 
 struct TwoViewMotion {
   Eigen::Quaterniond R_first_second = Eigen::Quaterniond::Identity();
@@ -94,4 +94,4 @@ class LikeLeft {
   cv::Size scaled_, filled_;  // of right images, and of both
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -9,7 +9,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int kMaxIterations = 30;
@@ -431,4 +431,4 @@ void Camera::Check(const std::string& name) const {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A pinhole with a distortion on the plane z = 1 (none, radial-tangential), or a lens that a
 // pinhole does not describe. Files hold the names of data/camera_words.h, not these.
@@ -52,4 +52,4 @@ struct Camera {
   void Check(const std::string& name) const;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 void Warnings::Add(const std::string& kind, const std::string& place) {
   Entry& entry = entries_[kind];
@@ -32,4 +32,4 @@ int64_t Warnings::Count(const std::string& kind) const {
   return found == entries_.end() ? 0 : found->second.count;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

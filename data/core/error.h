@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The base of every error that slcmap throws on purpose. The message is one line and names the
 // place (file, key or row), what was found there and what was expected.
@@ -104,4 +104,4 @@ inline constexpr const char* kImageWrongSize = "images_of_wrong_size";
 inline constexpr const char* kImuNoiseAssumed = "imu_noise_assumed";
 inline constexpr const char* kTimeShiftsDiffer = "camera_time_shifts_differ";
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 inline constexpr double kDegree = std::numbers::pi / 180;  // in radians
 inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
@@ -51,4 +51,4 @@ inline double TotalLength_m(const std::vector<Interval>& stretches) {
   return length_m;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // GEOS behind a class. Include in .cc files only.
 
@@ -293,4 +293,4 @@ std::vector<PlanTriangle> Triangulate(const Polygon& polygon) {
   return triangles;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

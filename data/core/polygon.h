@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 using PlanPoints = std::vector<Eigen::Vector2d>;
 
@@ -55,4 +55,4 @@ std::vector<Polygon> Difference(const Polygon& polygon, const std::vector<PlanPo
 // The constrained Delaunay triangulation, which adds no points. As Difference otherwise.
 std::vector<PlanTriangle> Triangulate(const Polygon& polygon);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -5,7 +5,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Work was ended, as its caller asked, before it had a result of use.
 class StoppedError : public Error {
@@ -50,4 +50,4 @@ class Progress {
   Callback callback_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

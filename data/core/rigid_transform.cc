@@ -5,7 +5,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -78,4 +78,4 @@ RigidTransform Interpolate(const RigidTransform& a, const RigidTransform& b, dou
   return {a.rotation.slerp(u, b.rotation), (1.0 - u) * a.translation + u * b.translation};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

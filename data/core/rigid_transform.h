@@ -1,14 +1,15 @@
 // Rotations and rigid transforms.
 //
 // T_a_b maps a point given in frame b to frame a: p_a = T_a_b * p_b, and T_a_c = T_a_b * T_b_c.
-// Rotations are perturbed on the right: R <- R Exp(delta), delta in radians in the right-hand frame.
+// Rotations are perturbed on the right: R <- R Exp(delta), delta in radians in the right-hand
+// frame.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <string>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The skew-symmetric matrix of v: Skew(v) * w = v x w.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& v);
@@ -42,11 +43,12 @@ struct RigidTransform {
   Eigen::Matrix4d Matrix() const;
 };
 
-// The transform of a 4x4 matrix with last row 0 0 0 1 and a rotation part that is orthonormal to within
-// 1e-3 and made exactly so. Throws DataError otherwise; `name` stands in the message.
+// The transform of a 4x4 matrix with last row 0 0 0 1 and a rotation part that is orthonormal to
+// within 1e-3 and made exactly so. Throws DataError otherwise; `name` stands in the message.
 RigidTransform RigidTransformFromMatrix(const Eigen::Matrix4d& matrix, const std::string& name);
 
-// The transform between two at the fraction u in [0, 1]: slerp for the rotation, linear for the rest.
+// The transform between two at the fraction u in [0, 1]: slerp for the rotation, linear for the
+// rest.
 RigidTransform Interpolate(const RigidTransform& a, const RigidTransform& b, double u);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

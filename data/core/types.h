@@ -11,7 +11,7 @@
 #include "data/core/camera.h"
 #include "data/core/rigid_transform.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 inline constexpr double kGravity_m_s2 = 9.81;  // along -z of the world
 
@@ -103,4 +103,4 @@ inline bool IsPlausible(const ImuSample& sample) {
          sample.specific_force_m_s2.norm() < kMaxAccel_m_s2;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

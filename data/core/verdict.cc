@@ -7,7 +7,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr std::pair<VerdictLevel, const char*> kLevels[] = {{VerdictLevel::kGood, "good"},
@@ -43,4 +43,4 @@ std::string InWords(const VerdictReason& reason) {
                      reason.expected, reason.remedy);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

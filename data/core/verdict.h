@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 enum class VerdictLevel { kGood, kDoubtful, kFailed };
 
@@ -33,4 +33,4 @@ VerdictLevel VerdictLevelFromName(const std::string& place, const std::string& n
 // A line a reason: "points-rejected: found ..., expected ...; remedy: ...".
 std::string InWords(const VerdictReason& reason);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

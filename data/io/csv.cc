@@ -12,7 +12,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
@@ -421,4 +421,4 @@ void TableText::RequireStamps(size_t rows, size_t kept) const {
           path_));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -14,7 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The fields of a row without blanks, quotes and a carriage return around them. Where a comma or a
 // semicolon is in the row, only the one that comes first separates (so a field may be empty), else
@@ -142,10 +142,10 @@ class TableText {
   std::string path_, columns_;
   int64_t read_ = 0, unreadable_ = 0, decimal_commas_ = 0, pointless_ = 0;
   std::string first_unreadable_, first_decimal_comma_, first_pointless_;  // "row 12: 'text'"
-  std::string stamp_;                                   // one as a power of ten
+  std::string stamp_;                                                     // one as a power of ten
   double resolution_ns_ = 0;  // the finest of those; 0 where stamps are plain
 };
 
 inline constexpr const char* kStampDigits = "stamps_with_lost_digits";
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 FileWriter::FileWriter(std::string path) : path_(std::move(path)) {
   file_.reset(std::fopen(path_.c_str(), "wb"));
@@ -140,4 +140,4 @@ std::string EscapeMarkup(const std::string& text) {
   return escaped;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

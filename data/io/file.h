@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -75,4 +75,4 @@ inline std::string PathWithin(const std::string& path, const std::string& folder
 
 std::string EscapeMarkup(const std::string& text);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -14,7 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr std::string_view kPngStart = "\x89PNG";
@@ -215,8 +215,8 @@ double RootMeanSquare(const cv::Mat& image) {
 // How much both diagonals of each 2 x 2 differ. That of a scene changes its sign from one to the
 // next, that of a mosaic is the same over areas of one colour.
 bool ShowsMosaic(const cv::Mat& image) {
-  constexpr int kArea = 8;                              // of 2 x 2
-  constexpr double kMinLevel = 1, kMinShare = 0.4;      // scenes come to 0.2 and 0.1
+  constexpr int kArea = 8;                          // of 2 x 2
+  constexpr double kMinLevel = 1, kMinShare = 0.4;  // scenes come to 0.2 and 0.1
   if (image.channels() != 1 || image.cols < 4 * kArea || image.rows < 4 * kArea) return false;
   cv::Mat levels, diagonal;
   image.convertTo(levels, CV_32F, image.depth() == CV_16U ? 1.0 / 256 : 1);
@@ -298,11 +298,12 @@ std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string
       tell(kImageMosaic, "a Bayer mosaic, read as grey by averaging over its colours");
     }
     if (seen[camera].is_turned) {
-      tell(kImageOrientation, "EXIF asks for turned images; pixels are taken as the sensor has "
-                              "stored them, for which the calibration is");
+      tell(kImageOrientation,
+           "EXIF asks for turned images; pixels are taken as the sensor has "
+           "stored them, for which the calibration is");
     }
   }
   return forms;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

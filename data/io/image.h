@@ -9,7 +9,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // An image, or why there is none: problem is then one of the kinds of data/warnings.h.
 struct ImageRead {
@@ -25,8 +25,8 @@ struct PixelForm {
 
 // Reads an image as 8-bit grey (16 bits lose their lower byte). A PNG without its last chunk and a
 // JPEG without its end mark count as truncated, whatever could be decoded of them; bytes behind
-// these are passed over, as is an orientation: pixels are as the sensor has stored them. An image of
-// another size than `size` (any, where that is empty) is a problem too.
+// these are passed over, as is an orientation: pixels are as the sensor has stored them. An image
+// of another size than `size` (any, where that is empty) is a problem too.
 ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form = {});
 
 // An image with the depth and the channels of its file; empty where it cannot be decoded.
@@ -62,4 +62,4 @@ inline constexpr const char* kImageOrientation = "images_with_an_orientation_tak
 std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
                                         Warnings* warnings = nullptr);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -1,6 +1,6 @@
 #include "data/io/json.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 // A path need not be UTF-8: what is not is replaced, as in the file.
@@ -94,4 +94,4 @@ std::optional<Verdict> ParseVerdict(const std::string& path, const Json& summary
                               VerdictLevelName(verdict.level)));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -19,7 +19,7 @@
 #include "data/core/verdict.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 using Json = nlohmann::ordered_json;  // keys stay in the order in which they are written
 
@@ -210,4 +210,4 @@ Json VerdictJson(const std::optional<Verdict>& verdict);
 // The key "verdict" of a summary, which may lack it. Throws DataError naming `path`.
 std::optional<Verdict> ParseVerdict(const std::string& path, const Json& summary);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

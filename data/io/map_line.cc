@@ -10,7 +10,7 @@
 #include "data/io/file.h"
 #include "data/io/ply.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Rgb = std::array<uint8_t, 3>;
@@ -184,4 +184,4 @@ std::vector<TruePipe> ReadTruePipes(const std::string& path) {
   return pipes;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -9,7 +9,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // What a line is of. Files hold these numbers.
 enum class LineKind {
@@ -82,4 +82,4 @@ void WriteTruePipes(const std::string& path, const std::vector<TruePipe>& pipes)
 // Throws DataError naming file and row.
 std::vector<TruePipe> ReadTruePipes(const std::string& path);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

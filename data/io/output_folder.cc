@@ -15,7 +15,7 @@
 #include "data/io/file.h"
 #include "data/io/json.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 namespace fs = std::filesystem;
 
@@ -379,4 +379,4 @@ InputLock::~InputLock() {
   if (lock_ >= 0) close(lock_);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 class MadeFolder {
  public:
@@ -126,4 +126,4 @@ class InputLock {
   int lock_ = -1;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

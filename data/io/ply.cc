@@ -17,7 +17,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
@@ -452,4 +452,4 @@ std::vector<PlySegment> ReadLinesPly(const std::string& path) {
 
 PlyFile ReadPly(const std::string& path) { return Reader(path).Read(); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

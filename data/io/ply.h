@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
@@ -85,4 +85,4 @@ std::vector<PlySegment> ReadLinesPly(const std::string& path);
 // of scalar properties. List properties other than faces are skipped.
 PlyFile ReadPly(const std::string& path);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

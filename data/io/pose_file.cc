@@ -10,7 +10,7 @@
 #include "data/core/math.h"
 #include "data/io/csv.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Fields = std::vector<std::string_view>;
@@ -340,7 +340,7 @@ struct UnitFit {
 
 // Where the stamps do not lie on the clock's times they may have another start.
 UnitFit ComputeFit(const StampUnit& unit, const StampFigures& stamps, double offset_s,
-              const Clock& clock) {
+                   const Clock& clock) {
   constexpr double kLeastStep_s = 4e-4, kMostStep_s = 20, kDate_s = 1e9;
   const double scale = std::pow(10, unit.shift - 9), step_s = scale * stamps.step;
   const double size_s = scale * std::max(std::abs(stamps.least), std::abs(stamps.most));
@@ -563,7 +563,7 @@ PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clo
 }
 
 Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
-                   const std::optional<RigidTransform>& T_imu_camera) {
+                        const std::optional<RigidTransform>& T_imu_camera) {
   if (form.IsOfCamera() && !T_imu_camera) {
     throw ConfigError(
         "--poses-of camera: found no calibration, expected one that says where the camera is on "
@@ -598,4 +598,4 @@ Eigen::Vector3d MoveNearOrigin(Trajectory* trajectory) {
   return offset_m;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

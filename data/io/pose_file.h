@@ -10,7 +10,7 @@
 
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A row as it stands in the file; of a matrix, its rotation.
 struct PoseRow {
@@ -45,7 +45,7 @@ PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clo
 // T_imu_camera is that of the left camera; throws ConfigError where the form needs it and there is
 // none.
 Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
-                   const std::optional<RigidTransform>& T_imu_camera);
+                        const std::optional<RigidTransform>& T_imu_camera);
 
 // The turn that brings `up` to z, by the shortest way.
 Eigen::Quaterniond TurnUp(const Eigen::Vector3d& up);
@@ -54,4 +54,4 @@ Eigen::Quaterniond TurnUp(const Eigen::Vector3d& up);
 // metres: what was subtracted. Zero for those within 10 km of the origin.
 Eigen::Vector3d MoveNearOrigin(Trajectory* trajectory);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

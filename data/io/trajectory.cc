@@ -13,7 +13,7 @@
 #include "data/io/csv.h"
 #include "data/io/pose_file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kMaxNormError = 0.01;  // of a quaternion as written
@@ -186,4 +186,4 @@ std::string UpInWords(const Eigen::Vector3d& up) {
   return fmt::format("{:.4f},{:.4f},{:.4f}", u.x(), u.y(), u.z());
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -8,7 +8,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct StampedPose {
   int64_t stamp_ns = 0;
@@ -67,4 +67,4 @@ std::string FormatOptions(const PoseForm& form);
 // The direction as --up takes it: an axis where it is within a degree and a half of one.
 std::string UpInWords(const Eigen::Vector3d& up);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

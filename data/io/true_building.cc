@@ -2,7 +2,7 @@
 
 #include "data/io/json.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector3d;
@@ -83,7 +83,8 @@ TrueRoom ParseRoom(const std::string& path, const Json& json) {
 }
 
 template <typename IsWanted>
-std::vector<std::vector<Vector3d>> CollectOutlines(const TrueBuilding& building, IsWanted is_wanted) {
+std::vector<std::vector<Vector3d>> CollectOutlines(const TrueBuilding& building,
+                                                   IsWanted is_wanted) {
   std::vector<std::vector<Vector3d>> outlines;
   for (const TrueWall& wall : building.walls) {
     for (const TrueOpening& opening : wall.openings) {
@@ -96,8 +97,8 @@ std::vector<std::vector<Vector3d>> CollectOutlines(const TrueBuilding& building,
 }  // namespace
 
 std::vector<std::vector<Vector3d>> OpenDoorways(const TrueBuilding& building) {
-  return CollectOutlines(building,
-                    [](const TrueOpening& opening) { return opening.is_door && opening.is_open; });
+  return CollectOutlines(
+      building, [](const TrueOpening& opening) { return opening.is_door && opening.is_open; });
 }
 
 std::vector<std::vector<Vector3d>> OutlinesOfOpenings(const TrueBuilding& building) {
@@ -124,4 +125,4 @@ TrueBuilding ReadTrueBuilding(const std::string& path) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -8,7 +8,7 @@
 
 #include "data/core/polygon.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Metres, in the world of the simulator's trajectory.
 struct TrueOpening {
@@ -59,4 +59,4 @@ void WriteTrueBuilding(const std::string& path, const TrueBuilding& building);
 // Throws DataError naming the file and what is wrong in it.
 TrueBuilding ReadTrueBuilding(const std::string& path);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

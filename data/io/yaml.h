@@ -11,19 +11,19 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // "; did you mean 'slc'?" for the name that takes the fewest letters to add, leave out, replace or
 // swap with the next, upper or lower case; "" where that is more than a third of them.
 std::string DidYouMean(const std::string& found, const std::vector<std::string>& names);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data
 
 namespace YAML {
 class Node;
 }
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // One mapping of a YAML file. Each key is asked for once; Finish() throws ConfigError, naming file
 // and key, when the mapping holds a key that nobody asked for.
@@ -143,23 +143,12 @@ inline void CheckOrder(const std::string& section, const char* least_key, double
 
 // The top-level keys that some stage reads. One file may hold those of all stages: each stage reads
 // its own and leaves the others, and what is not in this list nobody reads.
-inline constexpr const char* kConfigKeys[] = {"method",
-                                              "rectifier",
-                                              "points",
-                                              "window",
-                                              "keyframes",
-                                              "initializer",
-                                              "failure",
-                                              "lines",
-                                              "manhattan",
-                                              "line_classifier",
-                                              "slopes",
-                                              "points_on_lines",
-                                              "line_landmarks",
-                                              "building_deviation",
-                                              "verdict",
-                                              "calibration",
-                                              "mapping"};
+inline constexpr const char* kConfigKeys[] = {
+    "method",         "rectifier",          "points",  "window",
+    "keyframes",      "initializer",        "failure", "lines",
+    "manhattan",      "line_classifier",    "slopes",  "points_on_lines",
+    "line_landmarks", "building_deviation", "verdict", "calibration",
+    "mapping"};
 
 // Calls read(root) and returns its result. Throws ConfigError, always naming the file, when it
 // cannot be read, a top-level key is not in kConfigKeys or stands twice, or read throws one.
@@ -182,4 +171,4 @@ auto ReadConfigFile(const std::string& path, Read read) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

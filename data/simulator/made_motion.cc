@@ -9,7 +9,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kKnot_s = 0.025;    // short enough for the vibration of a drive
@@ -321,4 +321,4 @@ MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
   return MotionMaker(options, rig).Make(progress);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 #include "data/io/yaml.h"
 #include "data/simulator/motion.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 enum class MotionKind {
   kWalk,    // bounces and sways with each step; the hand shakes
@@ -49,4 +49,4 @@ MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
 // of ease_s in speed. 0 before t_s = 0.
 double EasedTime(double t_s, double ease_s);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

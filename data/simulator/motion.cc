@@ -11,7 +11,7 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int kOrder = MotionSpline::kOrder;
@@ -188,7 +188,7 @@ struct Errors {
 };
 
 Errors GetErrors(const MotionSpline& motion, const Trajectory& trajectory,
-                const std::vector<double>& times_s, const Progress& progress) {
+                 const std::vector<double>& times_s, const Progress& progress) {
   Errors errors{Eigen::MatrixX3d(times_s.size(), 3), Eigen::MatrixX3d(times_s.size(), 3)};
   for (size_t i = 0; i < times_s.size(); ++i) {
     if (i % 1024 == 0) {
@@ -348,4 +348,4 @@ SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& 
   return imu;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 #include "data/core/types.h"
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A uniform quintic B-spline, its rotation cumulative on SO(3) (Kim, Kim and Shin, "A general
 // construction scheme for unit quaternion curves", 1995; Sommer et al., "Efficient derivative
@@ -112,4 +112,4 @@ struct SimulatedImu {
 SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options,
                          const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 #include "data/core/error.h"
 #include "data/simulator/scene/camera_response.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 RTCIntersectContext Context(RTCIntersectContextFlags flags) {
@@ -275,4 +275,4 @@ WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   return crossings;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

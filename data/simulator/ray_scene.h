@@ -12,7 +12,7 @@
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/sequence_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Rays of one packet should be neighbours: they are traced together.
 class RayScene {
@@ -170,4 +170,4 @@ struct WayCrossings {
 // StoppedError where the task's stage ends it.
 WayCrossings CheckWay(const Scene& scene, const RenderTask& task);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

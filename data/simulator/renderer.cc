@@ -16,7 +16,7 @@
 #include "data/simulator/shading.h"
 #include "data/simulator/truth.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int kLanes = RayScene::kLanes;
@@ -150,12 +150,12 @@ class SceneRenderer : public PairRenderer {
       if (packet.active[i] == 0 || hit.geomID[i] == RayScene::kNoQuad) continue;
       const float dither = UnitFloat(Mixed(static_cast<uint32_t>(block * kLanes + i)));
       radiance[i] = shader_.ComputeRadiance({hit.primID[i],
-                                        hit.u[i],
-                                        hit.v[i],
-                                        way_m[i] + ray.tfar[i],
-                                        {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
-                                        footprint_rad,
-                                        dither});
+                                             hit.u[i],
+                                             hit.v[i],
+                                             way_m[i] + ray.tfar[i],
+                                             {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
+                                             footprint_rad,
+                                             dither});
     }
   }
 
@@ -440,4 +440,4 @@ void WriteEdges(const std::string& folder, const Scene& scene, const std::vector
   WriteFile(folder + "/edges.csv", rows);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

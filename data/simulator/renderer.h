@@ -12,7 +12,7 @@
 #include "data/simulator/sequence_writer.h"
 #include "data/simulator/shading.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct EdgeVisibilityOptions {
   double sample_m = 0.02;    // along an edge
@@ -79,4 +79,4 @@ struct RendererOptions {
 std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,
                                                 const RenderTask& task);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

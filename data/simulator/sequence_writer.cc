@@ -20,7 +20,7 @@
 #include "data/core/progress.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 class FrameLoop {
@@ -270,4 +270,4 @@ void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns) cons
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

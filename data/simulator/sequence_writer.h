@@ -13,7 +13,7 @@
 #include "data/core/types.h"
 #include "data/simulator/motion.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct RenderedPair {
   cv::Mat left, right;  // 8 bit, one channel, of the size of the rig's cameras
@@ -106,4 +106,4 @@ class SequenceWriter {
   std::string mav_folder_, truth_folder_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 #include "data/simulator/scene/camera_response.h"
 #include "data/simulator/sequence_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr float kOffset_m = 0.002f;  // of ray origins from their surface
@@ -324,4 +324,4 @@ SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& quad_rays,
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

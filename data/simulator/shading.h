@@ -12,7 +12,7 @@
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/textures.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct LightBakingOptions {
   double texel_m = 0.15;
@@ -135,4 +135,4 @@ inline float SurfaceShader::ComputeRadiance(const Hit& hit) const {
   return light * (surface.base + surface.gain * texel);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -19,7 +19,7 @@
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/sequence_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 class Normal {
@@ -143,7 +143,8 @@ StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig,
   return {MakeMotion(options, rig, progress), kMadeStart_ns};
 }
 
-StartedMotion StartMotion(const SimulationOptions& options, const Rig& rig, const Progress& progress) {
+StartedMotion StartMotion(const SimulationOptions& options, const Rig& rig,
+                          const Progress& progress) {
   StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig, progress)
                                                      : FittedMotion(options.trajectory, progress);
   const double duration_s = options.duration_s > 0 ? options.duration_s : 1e9;
@@ -175,7 +176,7 @@ std::mt19937_64 ImuGenerator(int64_t seed, const std::string& building) {
 }
 
 SimulatedImu MakeImu(const StartedMotion& started, const ImuModel& model, std::mt19937_64 generator,
-                   const Progress& progress) {
+                     const Progress& progress) {
   std::normal_distribution<double> normal;
   ImuSimulatorOptions options;
   options.noise = model.noise;
@@ -346,8 +347,8 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,
                         stop.get_token()};
   RequireFeasible(options, task);
-  SimulatedImu imu =
-      MakeImu(started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));
+  SimulatedImu imu = MakeImu(
+      started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));
   Misread(rig.imu_correction, &imu.samples);
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 
@@ -389,4 +390,4 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   return end;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -9,7 +9,7 @@
 #include "data/core/types.h"
 #include "data/simulator/sequence_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // "euroc", "tumvi" (config/rigs) or a file in their form: Kalibr's camera chain with its IMU under
 // imu0. Throws ConfigError when there is no such name or file, DataError when the file is absurd.
@@ -27,9 +27,9 @@ struct ImuModel {
 // Throws ConfigError naming them.
 ImuModel ImuModelFromName(const std::string& name);
 
-// The correction of an IMU that reads 1 + scale times what is there, along axes that are each off by
-// axes_deg: in Kalibr's model, the second and third of both sensors out of the right angle, and the
-// gyroscope as a whole turned against the accelerometer. Where to is drawn from the seed.
+// The correction of an IMU that reads 1 + scale times what is there, along axes that are each off
+// by axes_deg: in Kalibr's model, the second and third of both sensors out of the right angle, and
+// the gyroscope as a whole turned against the accelerometer. Where to is drawn from the seed.
 ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_deg, uint64_t seed);
 
 // A rig that differs from `rig` as a careless calibration does; at scale 1 by standard deviations
@@ -84,4 +84,4 @@ using SimulationProgress = std::function<bool(const SimulationState& state)>;
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
                          const SimulationProgress& progress, const StageStarter& start_stage = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

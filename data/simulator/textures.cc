@@ -6,7 +6,7 @@
 
 #include "data/simulator/scene/camera_response.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int kSide = TextureTile::kSide;
@@ -251,4 +251,4 @@ const TextureTile& TextureSet::Of(const SurfaceMaterial& material) const {
   return tiles_.at({material.texture, Variant(material)});
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

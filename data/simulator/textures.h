@@ -8,7 +8,7 @@
 
 #include "data/simulator/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Reflectance relative to the mean: 128 is the mean, 0 is black. Level l has (1024 >> l)^2 texels,
 // row by row.
@@ -33,4 +33,4 @@ class TextureSet {
   std::map<std::pair<TextureKind, uint32_t>, TextureTile> tiles_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector2d;
@@ -34,7 +34,9 @@ Vector3d OnFace(const Scene& scene, const SceneWallFace& face, double along_m, d
   return Displaced(scene, face.foot_world + along_m * along + up_m * Vector3d::UnitZ());
 }
 
-double ComputeLength(const SceneWallFace& face) { return (face.end_world - face.foot_world).norm(); }
+double ComputeLength(const SceneWallFace& face) {
+  return (face.end_world - face.foot_world).norm();
+}
 
 // The middles of cells between two ends, each of about that size.
 std::vector<double> Middles(double from, double to, double cell_m) {
@@ -183,7 +185,7 @@ double HeightAbove(const Scene& scene, const std::vector<Level>& levels, const V
 }
 
 TrueRoom MakeRoom(const Scene& scene, const std::vector<Level>& levels, const Polygon& cell,
-                double floor_m) {
+                  double floor_m) {
   TrueRoom room;
   const double middle_m = floor_m + kWallAbove_m;
   room.polygon.outline = DisplacedOutline(scene, cell.outline, middle_m);
@@ -440,4 +442,4 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
   return pipes;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

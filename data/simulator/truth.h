@@ -11,7 +11,7 @@
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/sequence_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The walls of a scene, nothing seen: planes of least squares where they are bent.
 std::vector<TrueWall> TrueWalls(const Scene& scene);
@@ -38,4 +38,4 @@ TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const Ren
 std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, const RenderTask& task,
                                    int frames);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -16,7 +16,7 @@
 #include "data/io/csv.h"
 #include "data/source/imu_streams.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 namespace fs = std::filesystem;
@@ -429,4 +429,4 @@ void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

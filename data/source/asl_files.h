@@ -11,16 +11,16 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 inline constexpr const char* kClockJump = "clock_set_to_another_time";
 
 struct ClockJump {
-  size_t row = 0;        // index of the first one on the clock as it is set
-  int64_t back_ns = 0;   // how far it is set back; forward, or a pause, where negative
-  int64_t stamp_ns = 0;  // of that row, as it is taken
+  size_t row = 0;         // index of the first one on the clock as it is set
+  int64_t back_ns = 0;    // how far it is set back; forward, or a pause, where negative
+  int64_t stamp_ns = 0;   // of that row, as it is taken
   bool put_back = false;  // whether the rows from there on are on the clock before
-  std::string place;     // file and row
+  std::string place;      // file and row
 };
 
 // The jumps of a table's stamps, in the order of its rows. A clock that is set back shows in rows
@@ -159,4 +159,4 @@ double MedianStep_s(const std::vector<Stamped>& elements) {
   return Median(std::move(steps_s));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

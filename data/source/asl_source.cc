@@ -12,7 +12,7 @@
 #include "data/io/file.h"
 #include "data/io/image.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 // A pair, or the file that spoiled it.
@@ -230,4 +230,4 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
                                      StereoReaderOptions{.read_right = read_right});
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

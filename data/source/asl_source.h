@@ -9,7 +9,7 @@
 #include "data/source/sequence.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct StereoReaderOptions {
   bool read_right = true;  // false leaves the right images unread
@@ -79,4 +79,4 @@ std::unique_ptr<SequenceSource> OpenSource(const std::string& path,
 std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
                                           const std::string& calibration, bool read_right = true);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

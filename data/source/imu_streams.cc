@@ -10,7 +10,7 @@
 #include "data/core/error.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr double kTinyStep = 0.3;       // of the sensor's period: within a packet
@@ -412,4 +412,4 @@ std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> 
   return Joined(gyro, accel, accel_hz);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

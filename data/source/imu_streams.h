@@ -12,7 +12,7 @@
 #include "data/core/types.h"
 #include "data/source/asl_files.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Stamps that come in packets: runs of them with next to no time in between, then a long step.
 struct EvenedStamps {
@@ -78,4 +78,4 @@ struct ImuRow {
 std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> rows,
                                    Warnings* warnings, std::vector<ClockJump>* jumps = nullptr);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

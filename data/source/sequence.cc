@@ -15,7 +15,7 @@
 #include "data/calibration/mask.h"
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 namespace fs = std::filesystem;
@@ -202,7 +202,7 @@ bool IsRecorded(const std::string& folder, int camera) {
 }
 
 Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
-                          const std::vector<int>& cameras, Warnings* warnings) {
+                            const std::vector<int>& cameras, Warnings* warnings) {
   return options.calibration.empty()
              ? FindCalibration(folder, warnings, options.mirrored, cameras)
              : ReadCalibration(options.calibration, warnings, options.mirrored, cameras);
@@ -228,7 +228,7 @@ std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions
 }
 
 Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
-                          Warnings* warnings) {
+                            Warnings* warnings) {
   Warnings of_reading;
   Calibration calibration = LoadCalibration(folder, options, options.cameras, &of_reading);
   const auto missing = std::ranges::find_if(
@@ -444,4 +444,4 @@ void KeepPart(const SequencePart& part, Sequence* sequence) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 #include "data/source/asl_files.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image
@@ -77,4 +77,4 @@ struct SequencePart {
 // Throws ConfigError when no image is left.
 void KeepPart(const SequencePart& part, Sequence* sequence);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

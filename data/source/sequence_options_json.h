@@ -4,7 +4,7 @@
 #include "data/io/json.h"
 #include "data/source/sequence_source.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Of what the user chooses, and of pairs that were mended; paths as they are.
 inline Json OpenedJson(const SequenceOptions& opened) {
@@ -43,4 +43,4 @@ inline SequenceOptions ParseOpened(const Json& holder) {
   return opened;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

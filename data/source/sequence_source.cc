@@ -6,7 +6,7 @@
 #include <thread>
 #include <utility>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int64_t kLongestSleep_ns = 50'000'000;
@@ -78,4 +78,4 @@ RealTimePace::Clock SteadyClock(std::function<bool()> ends_early) {
   return {SteadyNow_ns, sleep_until_ns};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

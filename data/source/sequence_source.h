@@ -15,7 +15,7 @@
 #include "data/io/image.h"
 #include "data/io/trajectory.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Images that were paired otherwise than their stamps have it, as a check mended them.
 struct PairPiece {
@@ -54,7 +54,7 @@ struct SourceInfo {
   // Of all pairs that the recording names, on the camera's clock, rising; some may prove
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
-  SequenceOptions opened = {};  // see Sequence
+  SequenceOptions opened = {};                            // see Sequence
   std::array<std::string, 2> cameras = {"cam0", "cam1"};  // as the recording names them
 };
 
@@ -160,4 +160,4 @@ class RealTimePace {
 // The steady clock, whose sleep looks after at most 50 ms whether it is to end early.
 RealTimePace::Clock SteadyClock(std::function<bool()> ends_early);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

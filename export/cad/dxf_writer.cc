@@ -12,7 +12,7 @@
 #include "export/scene/map_layers.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -483,4 +483,4 @@ std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapRe
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -14,7 +14,7 @@
 #include "export/plan/plan_options.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 enum class DxfLinetype { kContinuous, kDashed, kDotted };
 
@@ -90,4 +90,4 @@ class DxfWriter : public MapWriter {
   double max_jump_s_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -4,7 +4,7 @@
 
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 IfcStructure::IfcStructure(const MapResult& map, IfcFile* file) : file_(file) {
   const std::string& content = map.source.run_id;
@@ -330,4 +330,4 @@ int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructur
   return left_out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// Project, site, building and storeys, and what each contains.
+// An IFC building: project, site and storeys; walls with their openings, spaces and slabs.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 #include "export/cad/ifc_writer.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // A part of the building that elements are put into: a storey, or the building itself for what
 // belongs to none.
@@ -60,4 +60,4 @@ void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* fi
 int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

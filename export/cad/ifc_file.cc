@@ -11,7 +11,7 @@
 #include "data/core/error.h"
 #include "data/version.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr char kStamp[] = "1970-01-01T00:00:00";
@@ -375,4 +375,4 @@ std::string IfcFile::Area(const char* name, double area_m2) {
              {StepText(name), kStepUnset, kStepUnset, StepReal(area_m2), kStepUnset});
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,5 +1,4 @@
-// Text of a STEP file (ISO 10303-21): one entity a line, numbered in the order in which they are
-// added.
+// Text of a STEP file (ISO 10303-21), and the parts that all of an IFC4 file is made of. Metres.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +10,7 @@
 #include "data/core/polygon.h"
 #include "export/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 inline constexpr const char* kStepUnset = "$";
 inline constexpr const char* kStepDerived = "*";
@@ -145,4 +144,4 @@ class IfcFile {
   std::string owner_, units_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -13,7 +13,7 @@
 #include "export/scene/map_layers.h"
 #include "export/scene/meshes.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Lines as annotations, and as thin solids.
 
@@ -127,9 +127,9 @@ class LineGroup {
          {"median_sigma_m", IfcLengthValue(MedianSigma(lines_))},
          MakeList("ids", lines_, [](const MapLine& line) { return IfcIntegerValue(line.id); }),
          MakeList("kinds", lines_,
-                [](const MapLine& line) { return IfcLabelValue(GetName(line.kind)); }),
+                  [](const MapLine& line) { return IfcLabelValue(GetName(line.kind)); }),
          MakeList("sigmas_m", lines_,
-                [](const MapLine& line) { return IfcLengthValue(line.sigma_m); })});
+                  [](const MapLine& line) { return IfcLengthValue(line.sigma_m); })});
   }
 
   const Lines& lines_;
@@ -237,4 +237,4 @@ std::vector<std::string> IfcWriter::Write(const std::string& folder, const MapRe
   return {path};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

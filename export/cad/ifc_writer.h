@@ -3,7 +3,7 @@
 
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct IfcOptions {
   bool line_solids = false;       // lines as thin solids too: viewers often hide annotations
@@ -33,4 +33,4 @@ class IfcWriter : public MapWriter {
   IfcOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -9,7 +9,7 @@
 #include "export/scene/map_layers.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector3d;
@@ -149,4 +149,4 @@ std::vector<std::string> ObjWriter::Write(const std::string& folder, const MapRe
   return {path, materials};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

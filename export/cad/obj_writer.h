@@ -1,11 +1,11 @@
-// Which axis points up in an OBJ file.
+// Maps as Wavefront OBJ, for CloudCompare, Blender and those who read lines from text.
 #pragma once
 
 #include <string>
 
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct ObjOptions {
   std::string up = "z";  // or "y", as many programs of modelling and games have it
@@ -31,4 +31,4 @@ class ObjWriter : public MapWriter {
   ObjOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

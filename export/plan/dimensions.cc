@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -152,7 +152,8 @@ bool Place(const PlanTextSizes& sizes, TakenPlaces* taken, Dimension* dimension)
     dimension->text_at = at;
     const DrawnText text = DimensionText(*dimension, sizes);
     const double room_m = 2 * std::min(at, 1 - at) * dimension->Length();
-    if (TextWidth(text.text, text.height) > room_m || !taken->HasRoomForText(MakeBox(text))) continue;
+    if (TextWidth(text.text, text.height) > room_m || !taken->HasRoomForText(MakeBox(text)))
+      continue;
     taken->AddText(MakeBox(text));
     taken->AddLine(line);
     return true;
@@ -397,4 +398,4 @@ std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Po
   return dimensions;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -7,7 +7,7 @@
 #include "export/plan/drawing.h"
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // The distance from one point to another, written beside a line that is parallel to it.
 struct Dimension {
@@ -77,4 +77,4 @@ std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::Aligne
 std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
                                    const PlanTextSizes& sizes);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 void Place(PlanPoints* points, double scale, const Eigen::Vector2d& offset) {
@@ -108,4 +108,4 @@ bool TakenPlaces::IsAtWall(const Vector2d& point, double reach) const {
   return !IsFree(walls_, {point, {reach, reach}, 0});
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -10,7 +10,7 @@
 
 #include "data/core/polygon.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 enum class Pen {
   kWall,      // what was measured of walls
@@ -33,12 +33,12 @@ struct PenStyle {
   double dash_mm, gap_mm;
 };
 inline constexpr std::array<PenStyle, 10> kPenStyles = {{{"walls", 0.5, 0, 0},
-                                                        {"assumed", 0.25, 1.4, 0.9},
-                                                        {"openings", 0.25, 0, 0},
-                                                        {"overhead", 0.18, 0.9, 0.9},
-                                                        {"rooms", 0.18, 0.3, 0.9},
-                                                        {"dimensions", 0.18, 0, 0},
-                                                        {"frame", 0.35, 0, 0},
+                                                         {"assumed", 0.25, 1.4, 0.9},
+                                                         {"openings", 0.25, 0, 0},
+                                                         {"overhead", 0.18, 0.9, 0.9},
+                                                         {"rooms", 0.18, 0.3, 0.9},
+                                                         {"dimensions", 0.18, 0, 0},
+                                                         {"frame", 0.35, 0, 0},
                                                          {"beyond", 0.25, 0, 0},
                                                          {"lines", 0.09, 0, 0},
                                                          {"section_lines", 0.35, 5, 1.5}}};
@@ -131,4 +131,4 @@ class TakenPlaces {
   std::vector<Box> texts_, lines_, walls_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

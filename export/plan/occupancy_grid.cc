@@ -11,7 +11,7 @@
 #include "data/io/file.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2i;
@@ -102,8 +102,8 @@ Grid MakeGrid(const std::vector<CellBox>& free, const std::vector<CellBox>& occu
 
 // Names and floors of the grids.
 std::vector<std::pair<std::string, double>> ListFloors(const MapResult& map,
-                                                     const std::vector<Voxel>& free,
-                                                     const std::vector<Voxel>& occupied) {
+                                                       const std::vector<Voxel>& free,
+                                                       const std::vector<Voxel>& occupied) {
   std::vector<std::pair<std::string, double>> floors;
   for (const Storey& storey : map.building.storeys) {
     floors.emplace_back(fmt::format("storey_{}", storey.id), storey.floor_m);
@@ -139,7 +139,7 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
   for (const auto& [name, floor_m] : ListFloors(map, free, occupied)) {
     const double low_m = floor_m + options_.low_m, high_m = floor_m + options_.high_m;
     const Grid grid = MakeGrid(BoxesInBand(free, resolution_m, low_m, high_m),
-                             BoxesInBand(occupied, resolution_m, low_m, high_m));
+                               BoxesInBand(occupied, resolution_m, low_m, high_m));
     const std::string path = folder + "/grid/" + name;
     WriteFile(path + ".pgm", grid.Pgm());
     WriteFile(path + ".yaml",
@@ -151,4 +151,4 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,9 +1,9 @@
-// Which heights a grid for navigation is made of.
+// Grids of what is occupied, for robots that find their way in a plane.
 #pragma once
 
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct GridOptions {
   // Over the floor: what is below a robot's wheels or above its head is in nobody's way.
@@ -30,4 +30,4 @@ class GridWriter : public MapWriter {
   GridOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

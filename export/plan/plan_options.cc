@@ -7,7 +7,7 @@
 #include "data/core/error.h"
 #include "export/plan/section_view.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 void PlanOptions::Check() const {
   constexpr int kLargest = 1000000;
@@ -24,4 +24,4 @@ void PlanOptions::Check() const {
   CheckSections(*this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -11,7 +11,7 @@
 #include "data/io/file.h"
 #include "export/plan/sheet.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -239,4 +239,4 @@ std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const M
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,11 +1,11 @@
-// Plans as SVG files.
+// Plans, sections and elevations as SVG and PDF files.
 #pragma once
 
 #include "export/plan/plan_options.h"
 #include "export/plan/sheet.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // A sheet as an SVG file in millimetres, with a group a pen and text as text; browsers print it in
 // its size.
@@ -40,4 +40,4 @@ class PdfPlanWriter : public MapWriter {
   PlanOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

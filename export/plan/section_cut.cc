@@ -8,7 +8,7 @@
 
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::AlignedBox2d;
@@ -151,9 +151,8 @@ class BuildingCutter {
   void AddAssumed(const CutRange& range, double low_m, double high_m,
                   const std::array<bool, 4>& sides = {true, true, true, true}) {
     if (high_m - low_m < kLeastSolid_m) return;
-    cut_.boxes.push_back({{Vector2d(range.first, low_m), Vector2d(range.second, high_m)},
-                          true,
-                          sides});
+    cut_.boxes.push_back(
+        {{Vector2d(range.first, low_m), Vector2d(range.second, high_m)}, true, sides});
   }
 
   const Building& building_;
@@ -192,7 +191,7 @@ std::vector<Polygon> CutAreas(const std::vector<CutBox>& boxes, bool with_assume
 }  // namespace
 
 SectionCut MakeCut(const Building& building, const std::vector<TallWall>& walls,
-                 const SectionView& view) {
+                   const SectionView& view) {
   BuildingCutter cutter(building, view);
   for (const TallWall& wall : walls) cutter.CutWallAndOpenings(wall);
   cutter.CutRooms();
@@ -369,4 +368,4 @@ std::vector<DrawnPath> SeenParts(const std::vector<ViewedLine>& lines,
   return std::move(pieces).Joined();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

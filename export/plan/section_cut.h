@@ -1,4 +1,5 @@
-// Walls in the plan with their heights.
+// What the plane of a section cuts, and what hides what beyond it. Metres: x as the view says, y
+// the height in world.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +12,7 @@
 #include "export/plan/section_view.h"
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct TallWall {
   WallSolid solid;
@@ -78,7 +79,7 @@ struct SectionCut {
 // Walls without their openings, floors and ceilings with the slabs that are assumed there, also
 // under and over walls.
 SectionCut MakeCut(const Building& building, const std::vector<TallWall>& walls,
-                 const SectionView& view);
+                   const SectionView& view);
 
 // Areas, and their borders.
 Drawing DrawCut(const std::vector<CutBox>& boxes);
@@ -107,4 +108,4 @@ std::vector<DrawnPath> SeenParts(const std::vector<ViewedLine>& lines,
                                  const std::vector<Screen>& screens,
                                  const Eigen::AlignedBox3d& window);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -14,7 +14,7 @@
 #include "export/plan/symbols.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // What a section or an elevation shows: what is cut, and what is seen beyond. Metres: x as the view
 // says, y the height in world.
@@ -305,7 +305,7 @@ class SectionTexts {
       const double half_m = 0.5 * cut.box.sizes().y();
       const Vector2d middle = cut.box.center();
       taken_.AddWall(MakeBox(Vector2d(cut.box.min().x(), middle.y()),
-                           Vector2d(cut.box.max().x(), middle.y()), half_m));
+                             Vector2d(cut.box.max().x(), middle.y()), half_m));
     }
     for (const CutRoom& room : cut_.rooms) AddRoom(room);
     for (const SectionOpening& opening : cut_.openings) {
@@ -464,4 +464,4 @@ std::vector<SectionDrawing> MakeSections(const MapResult& map, const PlanOptions
   return drawings;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

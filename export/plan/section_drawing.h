@@ -10,7 +10,7 @@
 #include "export/plan/sheet.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Metres: x as the view says, y the height in world.
 struct SectionDrawing {
@@ -27,4 +27,4 @@ struct SectionDrawing {
 // it. Throws what SectionViews and ChooseFormat do.
 std::vector<SectionDrawing> MakeSections(const MapResult& map, const PlanOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

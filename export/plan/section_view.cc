@@ -12,7 +12,7 @@
 #include "export/plan/symbols.h"
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -186,4 +186,4 @@ std::vector<SectionView> SectionViews(const Building& building, const PlanOption
   return views;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -11,7 +11,7 @@
 #include "export/plan/plan_options.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // What an upright plane cuts of a building, and what is beyond it. Metres in the plan's frame.
 struct SectionView {
@@ -48,4 +48,4 @@ void CheckSections(const PlanOptions& options);
 // none.
 std::vector<SectionView> SectionViews(const Building& building, const PlanOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

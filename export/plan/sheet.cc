@@ -12,7 +12,7 @@
 #include "export/plan/storey_plan.h"
 #include "export/plan/title_block.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -180,4 +180,4 @@ std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& op
   return sheets;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

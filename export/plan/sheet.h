@@ -1,4 +1,4 @@
-// Which scale and which sheet of paper hold the plans of a building.
+// Sheets of paper with the plans and sections of a map: their sizes, scales and contents.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 #include "export/plan/plan_options.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // A sheet, lying, and the scale of what is on it. Millimetres.
 struct SheetFormat {
@@ -36,7 +36,7 @@ SheetFormat ChooseFormat(const Eigen::Vector2d& extent_m, const PlanOptions& opt
 
 // Millimetres from the lower left corner.
 struct Sheet {
-  std::string name;  // of its file, without an ending
+  std::string name;     // of its file, without an ending
   std::string title;    // "Storey 0"
   std::string project;  // what the map is of; "" where that is not known
   Eigen::Vector2d size_mm = Eigen::Vector2d::Zero();
@@ -57,4 +57,4 @@ std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options);
 // for none. Throws what MakeSections does.
 std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -8,7 +8,7 @@
 #include "export/plan/symbols.h"
 #include "export/scene/building_solids.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -23,7 +23,7 @@ TakenPlaces CollectPlaces(const std::vector<WallSolid>& solids) {
       if (opening.kind != OpeningKind::kDoor || !opening.walked) continue;
       const double half_width_m = 0.5 * (opening.to_m - opening.from_m);
       taken.AddLine(MakeBox(solid.At(opening.from_m, -half_width_m),
-                          solid.At(opening.to_m, -half_width_m), half_width_m));
+                            solid.At(opening.to_m, -half_width_m), half_width_m));
     }
   }
   return taken;
@@ -157,4 +157,4 @@ PlanSet MakePlans(const Building& building, const PlanOptions& options) {
   return plans;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -10,7 +10,7 @@
 #include "export/plan/sheet.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Metres in the frame of Building::T_map_world: x and y along the main heading.
 struct StoreyPlan {
@@ -34,4 +34,4 @@ struct PlanSet {
 // Throws what ChooseFormat does.
 PlanSet MakePlans(const Building& building, const PlanOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -261,4 +261,4 @@ Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes&
   return label;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// How walls and their openings are drawn and what is written beside them.
+// How walls, openings and rooms are drawn in a plan, and what is written beside them.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 #include "export/scene/building_solids.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // The areas of walls, those that were measured on both sides over the others, and the paths of
 // their borders.
@@ -50,4 +50,4 @@ std::string GetName(const Room& room);
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

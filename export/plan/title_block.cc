@@ -13,7 +13,7 @@
 #include "export/scene/building_solids.h"
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -273,4 +273,4 @@ Drawing TitleBlock::Draw(const SheetFormat& format, const SheetWords& words,
   return drawing;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

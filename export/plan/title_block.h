@@ -1,4 +1,4 @@
-// What explains a plan, below it on its sheet.
+// What explains a plan on its sheet: title block, legend, arrow to the north, scale bar.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 #include "export/plan/sheet.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Samples of walls and openings with their names, in two columns, 110 mm by 23 mm. Millimetres from
 // its lower left corner.
@@ -54,4 +54,4 @@ class TitleBlock {
   std::optional<double> north_deg_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -7,7 +7,7 @@
 
 #include "export/scene/meshes.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr double kBeneathFloor_m = 0.15;  // lines along a floor's edge belong to it
@@ -57,7 +57,7 @@ bool IsSolid(const PlanWall& wall, const WallHeight& height) {
 }
 
 std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const PlanWall& wall,
-                                          const WallHeight& height) {
+                                               const WallHeight& height) {
   const Eigen::Vector2d least(std::max(0.0, opening.from_m), std::max(0.0, opening.sill_m));
   const Eigen::Vector2d most(std::min((wall.end - wall.start).norm(), opening.to_m),
                              std::min(height.height_m, opening.sill_m + opening.clear_height_m));
@@ -97,8 +97,8 @@ double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const B
   }
   for (const Room& room : building.rooms) {
     if (is_floor && !room.height_m) continue;
-    const double gap_m =
-        is_floor ? ComputeHeight(plane) - room.floor_m - *room.height_m : room.floor_m - ComputeHeight(plane);
+    const double gap_m = is_floor ? ComputeHeight(plane) - room.floor_m - *room.height_m
+                                  : room.floor_m - ComputeHeight(plane);
     keep_within(gap_m, room.polygon);
   }
   return thickness_m;
@@ -326,4 +326,4 @@ Eigen::AlignedBox2d PlanExtent(const Building& building) {
   return extent;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// Which storey of a building something belongs to.
+// Walls and slabs of a building as solids, and which storey something belongs to.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 #include "data/core/polygon.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // The index of the storey that a height in world belongs to: the highest whose floor is not above
 // it, the lowest for what is beneath all; nothing where the building has no storeys.
@@ -42,7 +42,7 @@ bool IsSolid(const PlanWall& wall, const WallHeight& height);
 // The part of an opening that is in its wall: metres along the wall, and over its floor. Nothing
 // where there is none.
 std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const PlanWall& wall,
-                                          const WallHeight& height);
+                                               const WallHeight& height);
 
 // Floors and ceilings of a building as slabs: what formats with solids draw.
 
@@ -122,4 +122,4 @@ Polygon RoomInPlan(const Building& building, const Room& room);
 // Of the walls and rooms of all storeys in the plan's frame; empty where there are none.
 Eigen::AlignedBox2d PlanExtent(const Building& building);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -10,7 +10,7 @@
 #include "export/scene/meshes.h"
 #include "export/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 using Eigen::Vector2d;
@@ -119,4 +119,4 @@ std::vector<std::vector<Vector3d>> TrajectoryPieces(const Trajectory& trajectory
   return pieces;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -11,7 +11,7 @@
 #include "data/core/types.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // The lines of one storey, axis and kind, such as "S0_X_EDGE"; without storeys "X_EDGE".
 struct LinesOfLayer {
@@ -61,4 +61,4 @@ inline const char* AxisName(LineAxis axis) {
   return "of no axis";
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// The formats that a map can be written in.
+// The formats that a map can be written in, and what all their files say of far maps.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
@@ -9,7 +9,7 @@
 #include "data/core/progress.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Writes maps in one format.
 class MapWriter {
@@ -38,4 +38,4 @@ inline std::string WorldOffsetNote(const Eigen::Vector3d& offset_m) {
                      offset_m.z());
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -7,7 +7,7 @@
 #include "data/core/polygon.h"
 #include "export/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr int64_t kFaceVertices = 4;
@@ -361,4 +361,4 @@ void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Co
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// Voxels as a mesh.
+// Voxels, lines, pipes, walls and level surfaces as triangles.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include "export/scene/scene.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // Adds a cube for each voxel, in the colour that colour_of gives, with darker sides in place of a
 // light. A face between two voxels of one size is left out. Throws StoppedError when progress says
@@ -58,4 +58,4 @@ Polygon LevelOutline(const BuildingPlane& plane, const Building& building);
 std::vector<std::vector<Eigen::Vector3d>> LevelHoles(const BuildingPlane& plane,
                                                      const Building& building);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

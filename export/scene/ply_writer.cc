@@ -5,7 +5,7 @@
 #include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 PlyElement VertexElement(const Vertices& vertices, const Progress& progress) {
@@ -97,4 +97,4 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

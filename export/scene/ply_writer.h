@@ -1,11 +1,11 @@
-// In which form PLY files are written.
+// PLY files a layer, and clouds and occupancy in the formats of PCL and OctoMap.
 #pragma once
 
 #include "data/io/ply.h"
 #include "export/scene/map_writer.h"
 #include "export/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct PlyOptions {
   bool ascii = false;  // as text, for scripts; up to two and a half times as large
@@ -47,4 +47,4 @@ class CloudWriter : public MapWriter {
   const PlyOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

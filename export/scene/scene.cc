@@ -14,7 +14,7 @@
 #include "data/core/math.h"
 #include "export/scene/meshes.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr Colour kKeyframeColour{250, 140, 20};
@@ -136,7 +136,8 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Prog
   MapScene scene;
   scene.world_offset_m = map.source.world_offset_m;
   scene.points = {MakePointLayer(map, colours)};
-  scene.lines = {MakeLineLayer(map), MakeTrajectoryLayer(map, options.max_jump_s), MakeKeyframeLayer(map, options)};
+  scene.lines = {MakeLineLayer(map), MakeTrajectoryLayer(map, options.max_jump_s),
+                 MakeKeyframeLayer(map, options)};
   scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
   AddVoxels(
       voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); },
@@ -213,4 +214,4 @@ std::vector<std::string> SceneWriter::Write(const std::string& folder, const Map
   return WriteScene(folder, scene, progress.Part(0.5, 1));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -17,7 +17,7 @@
 #include "export/scene/map_writer.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct Colour {
   uint8_t red = 255, green = 255, blue = 255;
@@ -133,4 +133,4 @@ class SceneWriter : public MapWriter {
   std::shared_ptr<SceneOfMap> scene_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

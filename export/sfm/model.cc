@@ -22,7 +22,7 @@
 #include "mapping/map/map.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 // Keyframes and the poses at which lines were seen, by stamp.
@@ -181,7 +181,7 @@ double HuberCost(double error_px) {
 }
 
 double ComputeCost(const ModelCameras& cameras, const std::vector<ModelObservation>& track,
-              const Vector3d& p_world) {
+                   const Vector3d& p_world) {
   double cost = 0;
   for (const ModelObservation& sight : track) cost += HuberCost(cameras.Error_px(sight, p_world));
   return cost;
@@ -207,7 +207,7 @@ Vector3d StepFrom(const ModelCameras& cameras, const std::vector<ModelObservatio
 
 // Where the sights of a track see a point best, from where it is about.
 Vector3d ComputePoint(const ModelCameras& cameras, const std::vector<ModelObservation>& track,
-                 Vector3d p_world) {
+                      Vector3d p_world) {
   double cost = ComputeCost(cameras, track, p_world);
   for (int i = 0; i < kIterations; ++i) {
     const Vector3d next = p_world + StepFrom(cameras, track, p_world);
@@ -230,7 +230,8 @@ ModelPoint FitTrack(const ModelCameras& cameras, std::vector<ModelObservation> t
   const auto is_off = [&](const ModelObservation& sight) {
     return cameras.Error_px(sight, point.p_world) > kMaxError_px;
   };
-  while (std::erase_if(track, is_off) > 0) point.p_world = ComputePoint(cameras, track, point.p_world);
+  while (std::erase_if(track, is_off) > 0)
+    point.p_world = ComputePoint(cameras, track, point.p_world);
   if (track.size() < kLeastImages) return point;
   double sum_px = 0;
   for (const ModelObservation& sight : track) sum_px += cameras.Error_px(sight, point.p_world);
@@ -412,4 +413,4 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
   return paths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

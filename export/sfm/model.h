@@ -1,4 +1,5 @@
-// The images of a map as COLMAP's model numbers them, which others refer to.
+// A map as a model of COLMAP's: its images as they are numbered, its points with their tracks, and
+// images as the rectified cameras would have taken them.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,7 +10,7 @@
 #include "export/sfm/text_models.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct ModelImage {
   int id = 0;  // from 1
@@ -69,4 +70,4 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
                                               const ColmapOptions& options,
                                               const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

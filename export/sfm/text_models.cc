@@ -12,7 +12,7 @@
 #include "export/scene/map_writer.h"
 #include "export/sfm/model.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 std::string CamerasText(const Rig& rig) {
@@ -37,13 +37,15 @@ std::vector<std::vector<PointInImage>> PointsInImages(const std::vector<ModelPoi
                                                       std::size_t images) {
   std::vector<std::vector<PointInImage>> seen(images);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    for (const ModelObservation& sight : points[i].track) seen[sight.image].push_back({sight.px, i});
+    for (const ModelObservation& sight : points[i].track)
+      seen[sight.image].push_back({sight.px, i});
   }
   return seen;
 }
 
 // Two rows an image: its pose, world to camera, and the points that it shows.
-std::string ImagesText(const std::vector<ModelImage>& images, const std::vector<ModelPoint>& points) {
+std::string ImagesText(const std::vector<ModelImage>& images,
+                       const std::vector<ModelPoint>& points) {
   const auto seen = PointsInImages(points, images.size());
   std::string text = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# X Y POINT3D_ID ...\n";
   const auto out = std::back_inserter(text);
@@ -64,7 +66,8 @@ std::string ImagesText(const std::vector<ModelImage>& images, const std::vector<
 }
 
 // Sights come in the order of points, as the points of each image do.
-std::string PointsText(const std::vector<ModelPoint>& points, const std::vector<ModelImage>& images) {
+std::string PointsText(const std::vector<ModelPoint>& points,
+                       const std::vector<ModelImage>& images) {
   std::vector<int> counts(images.size(), 0);  // of the points in each image so far
   std::string text = "# POINT3D_ID X Y Z R G B ERROR TRACK (IMAGE_ID POINT2D_IDX ...)\n";
   const auto out = std::back_inserter(text);
@@ -213,4 +216,4 @@ std::vector<std::string> LimapWriter::Write(const std::string& folder, const Map
   return {own + "/alltracks.txt", own + "/lines.txt"};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,11 +1,11 @@
-// What goes into a COLMAP model besides the map.
+// Text models for COLMAP and limap, for those who go on there.
 #pragma once
 
 #include <string>
 
 #include "export/scene/map_writer.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct ColmapOptions {
   std::string images;       // "": none, "rectified": the model's, as its cameras would have them
@@ -48,4 +48,4 @@ class LimapWriter : public MapWriter {
                                  const Progress& progress) const override;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

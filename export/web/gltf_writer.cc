@@ -20,7 +20,7 @@
 #include "export/scene/scene.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // A glTF 2.0 model that is built node by node. Include in .cc files only: tinygltf is a large
 // header.
@@ -465,4 +465,4 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   return {path};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

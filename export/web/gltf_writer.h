@@ -1,11 +1,11 @@
-// What of a map goes into a GLB file, and how.
+// One binary glTF 2.0 file, for browsers, Blender, f3d and most viewers.
 #pragma once
 
 #include <memory>
 
 #include "export/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 struct GltfOptions {
   bool tubes =
@@ -37,4 +37,4 @@ class GltfWriter : public MapWriter {
   GltfOptions options_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -12,7 +12,7 @@
 #include "data/core/error.h"
 #include "export/sfm/model.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr double kSteps = 65535;  // of a coordinate across a chunk
@@ -149,4 +149,4 @@ std::vector<PageImage> ReadPageImages(const MapResult& map, const SequenceSource
   return images;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

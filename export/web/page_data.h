@@ -1,4 +1,4 @@
-// The arrays of a page and where they are among its bytes.
+// Arrays, dense cloud and pictures of a page.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 #include "data/source/sequence_source.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // As the page's scripts know the type of an array.
 template <typename Value>
@@ -100,4 +100,4 @@ std::vector<PageImage> ReadPageImages(const MapResult& map, const SequenceSource
                                       const PageImageOptions& options,
                                       const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

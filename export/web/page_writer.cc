@@ -19,7 +19,7 @@
 #include "export/web/page_data.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 namespace {
 
 constexpr int kPageVersion = 1;
@@ -432,4 +432,4 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
   return page;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

@@ -1,4 +1,4 @@
-// What a page shows of a map, as one block of bytes: a JSON document and arrays beside it.
+// A map as one HTML file that shows itself in a browser, offline.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 #include "export/web/page_data.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline exporting {
 
 // The block: the length of the JSON document as a little-endian uint32, the document (UTF-8, padded
 // by spaces to a multiple of 8 bytes), then the arrays, little-endian, each padded to a multiple of
@@ -41,4 +41,4 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
                      const PageOptions& options, const std::vector<PageImage>& images = {},
                      const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline exporting

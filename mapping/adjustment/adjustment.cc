@@ -17,7 +17,7 @@
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -402,4 +402,4 @@ AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const V
   return adjusted;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "mapping/views/view.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct AdjustmentResult {
   // False where the run has too little to adjust, or the solution cannot be used: all is then as
@@ -66,4 +66,4 @@ inline constexpr const char* kNotAdjusted = "not_adjusted";
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -18,7 +18,7 @@
 #include "odometry/factors/line_constraints.h"
 #include "odometry/factors/line_residual.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // Blocks by their place in the problem; each vertex knows its neighbours.
@@ -447,4 +447,4 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   return out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -16,7 +16,7 @@
 #include "mapping/adjustment/closure.h"
 #include "odometry/factors/factor.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 class SolverProgress final : public ceres::IterationCallback {
  public:
@@ -104,4 +104,4 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
                           const std::vector<Closure>& closures, double settled,
                           ceres::Problem* problem, const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 #include "odometry/geometry/lines.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -176,7 +176,8 @@ void SetDeviation(const OdometryRun& run, const AdjustmentOptions& options, Adju
     const double believed_rad = options.deviation_scale * building_rad;
     line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * believed_rad;
     state->share_sigma_rad = std::sqrt(options.shared_share) * believed_rad;
-    if (options.shared_share > 0) line->share = ComputeShareFree(*line, options.shared_radius_m, state);
+    if (options.shared_share > 0)
+      line->share = ComputeShareFree(*line, options.shared_radius_m, state);
   }
 }
 
@@ -281,4 +282,4 @@ void Preintegrate(const OdometryRun& run, AdjustmentState* state) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -15,7 +15,7 @@
 #include "odometry/geometry/lines.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The numbers of all parameter blocks, side by side in the order in which they are added: Ceres
 // orders blocks by their addresses, and the same run has to give the same bytes.
@@ -109,4 +109,4 @@ Eigen::Vector3d PointInWorld(const AdjustedPoint& point, const AdjustmentState& 
 // time of exposure.
 void Preintegrate(const OdometryRun& run, AdjustmentState* state);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -9,7 +9,7 @@
 
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr int kPairs = 400;
@@ -266,7 +266,7 @@ class EdgeSearch {
   }
 
   std::vector<Candidate> ListCandidates(size_t from, size_t to,
-                                      const std::vector<size_t>& visit) const {
+                                        const std::vector<size_t>& visit) const {
     std::vector<Candidate> candidates;
     const Vector3d place_world =
         PoseFromBlock(state_.frames[lines_[from].first_frame].pose).translation;
@@ -284,7 +284,8 @@ class EdgeSearch {
       Eigen::Matrix<double, 3, 4> moved;
       moved << Eigen::Matrix3d::Identity(),
           Vector3d::UnitZ().cross(newer.middle_world - place_world);
-      candidate.vote.by_shift = ComputeAcross(newer).transpose() * moved / options_.edge_tolerance_m;
+      candidate.vote.by_shift =
+          ComputeAcross(newer).transpose() * moved / options_.edge_tolerance_m;
       candidates.push_back(std::move(candidate));
     }
     return candidates;
@@ -373,4 +374,4 @@ std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const Closur
   return EdgeSearch(state, options).Find();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

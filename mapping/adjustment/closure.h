@@ -8,7 +8,7 @@
 
 #include "mapping/adjustment/adjustment_state.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A shift of the later visit against the earlier one: x, y, z in metres, and a turn about the
 // vertical in rad.
@@ -80,4 +80,4 @@ bool IsUnique(const Agreement& agreement, int min_votes, const ClosureOptions& o
 // closure. Lines are merged by place and axis alone, whatever direction they are seen from.
 std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const ClosureOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -9,7 +9,7 @@
 
 #include "mapping/adjustment/residuals.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
@@ -22,7 +22,7 @@ struct Columns {
 
 // The Jacobian at the problem's state, and where the columns of the wanted blocks are.
 SparseMatrix EvaluateJacobian(ceres::Problem* problem, const std::vector<double*>& blocks,
-                        std::vector<Columns>* wanted) {
+                              std::vector<Columns>* wanted) {
   ceres::Problem::EvaluateOptions options;
   problem->GetParameterBlocks(&options.parameter_blocks);
   ceres::CRSMatrix rows;
@@ -89,7 +89,7 @@ struct ClosureFit {
 };
 
 ClosureFit ComputeFit(const Closure& closure, const AdjustmentState& state,
-                 const AdjustmentModel& model) {
+                      const AdjustmentModel& model) {
   std::vector<double> chi2;
   for (const PointMatch& match : closure.points) {
     chi2.push_back(Chi2(PointMatchTerm(match, state, model)));
@@ -249,4 +249,4 @@ int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& l
   return taken_back;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

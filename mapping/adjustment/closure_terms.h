@@ -9,7 +9,7 @@
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/adjustment/closure.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The joint covariance of the tangents of some blocks, all others marginalised, at the problem's
 // state, with robust losses as weights. Of size 0 where the problem does not determine it.
@@ -43,4 +43,4 @@ int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& l
                      const AdjustmentState& state, const AdjustmentModel& model,
                      std::vector<Closure>* closures);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

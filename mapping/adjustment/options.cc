@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kMaxSigma_px = 100;
@@ -71,4 +71,4 @@ void AdjustmentOptions::Read(YamlSection section) {
   kTable.Read(section, this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -5,7 +5,7 @@
 #include "odometry/factors/options.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // How visits are recognised, and what may be believed of them.
 struct ClosureOptions {
@@ -80,4 +80,4 @@ struct AdjustmentOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

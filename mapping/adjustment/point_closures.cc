@@ -8,7 +8,7 @@
 #include "mapping/views/view_matches.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -189,7 +189,7 @@ class PointSearch {
   // How offsets about a point's place in the older image look in the newer one, for a surface that
   // faces the older camera.
   std::optional<PatchWarp> ComputeWarp(const Vector3d& p_older,
-                                  const RigidTransform& T_newer_older) const {
+                                       const RigidTransform& T_newer_older) const {
     const auto project = [&](const Vector3d& p) {
       return pixels_.DistortToPixel((T_newer_older * p).hnormalized());
     };
@@ -230,7 +230,7 @@ class PointSearch {
 
   // In units of the tolerance.
   ShiftVote MakeVote(const PosedView& newer, const Vector3d& p_world,
-                   const std::vector<Vector2d>& places) const {
+                     const std::vector<Vector2d>& places) const {
     const Vector3d p = newer.T_world_camera.Inverse() * p_world;
     Eigen::Matrix<double, 2, 3> by_point;
     by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
@@ -325,4 +325,4 @@ std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewI
   return PointSearch(state, images, geometry, options).Find(progress);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

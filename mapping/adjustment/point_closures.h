@@ -8,7 +8,7 @@
 #include "mapping/views/view.h"
 #include "odometry/factors/point_residual.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Keyframes that look at a place from nearly where an earlier one did: the points of the earlier
 // one are searched in the later image about where the state has them, as far as odometry's
@@ -21,4 +21,4 @@ std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewI
                                        const ClosureOptions& options,
                                        const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Map;
@@ -123,4 +123,4 @@ void SameFreeEdgeResidual::EvaluateAt(const double* const* parameters, double* r
   Map<Vector2d>{residuals} = weight_ * across_.transpose() * between;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 #include "odometry/factors/factor.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Block: pose. With the given pose (R_0, p_0), rows
 //
@@ -88,4 +88,4 @@ class SameFreeEdgeResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 #include "mapping/align/map_agreement.h"
 #include "mapping/align/plan_votes.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Reason = AlignmentError::Reason;
@@ -225,7 +225,8 @@ class Aligner {
   // As --at takes it.
   static std::string InWords(const RigidTransform& T) {
     const Eigen::Vector3d& t = T.translation;
-    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(), ComputeYaw(T) / kDegree_rad);
+    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(),
+                       ComputeYaw(T) / kDegree_rad);
   }
 
   const AlignmentOptions& options_;
@@ -243,4 +244,4 @@ MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
   return Aligner(first, second, options, progress).Align();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

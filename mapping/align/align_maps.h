@@ -9,7 +9,7 @@
 #include "data/core/progress.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A rough place of the second map's origin in the first one's world, and how it is turned.
 struct RoughStart {
@@ -69,4 +69,4 @@ struct MapAlignment {
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
                        const AlignmentOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

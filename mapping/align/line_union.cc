@@ -13,7 +13,7 @@
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_merging.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kSameAxis_rad = 0.02;
@@ -438,4 +438,4 @@ std::vector<MapPipe> UnitePipes(std::vector<MapPipe> first, const std::vector<Ma
   return first;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "mapping/lines/options.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The lines of a map, marks among them, and what is known of them.
 struct LinesOfMap {
@@ -30,4 +30,4 @@ LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double 
 std::vector<MapPipe> UnitePipes(std::vector<MapPipe> first, const std::vector<MapPipe>& second,
                                 const std::vector<MapLine>& lines);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 
 #include "mapping/map/point_index.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kQuarter_rad = std::numbers::pi / 2;
@@ -431,4 +431,4 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
   return fit;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "mapping/map/map.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The mean of the dense points of a small cube that face alike.
 struct SurfaceSample {
@@ -117,4 +117,4 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
                                          const RigidTransform& start,
                                          const AlignmentFitOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
@@ -120,7 +120,7 @@ struct PlanPeak {
 // The shifts with most votes of all around them, some apart; those above `most` stand for what is
 // behind zero.
 std::vector<PlanPeak> FindPeaks(const cv::Mat1f& votes, const Eigen::Vector2i& most, int apart,
-                              const std::function<bool(const Eigen::Vector2i&)>& is_allowed) {
+                                const std::function<bool(const Eigen::Vector2i&)>& is_allowed) {
   cv::Mat1f highest, wrapped;
   const int border = apart;
   cv::copyMakeBorder(votes, wrapped, border, border, border, border, cv::BORDER_WRAP);
@@ -158,7 +158,7 @@ class Heights {
 
   // Shifts of the other that bring its heights onto these, the best first.
   std::vector<double> FindShifts(const Heights& other,
-                               const std::function<bool(double)>& is_allowed) const {
+                                 const std::function<bool(double)>& is_allowed) const {
     std::vector<std::pair<double, int>> sums;
     for (int shift = -kBins; shift <= kBins; ++shift) {
       if (is_allowed(shift * kHeightBin_m)) sums.emplace_back(Votes(other, shift), shift);
@@ -212,7 +212,7 @@ struct Turn {
 };
 
 std::vector<Turn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
-                          const AlignmentOptions& options) {
+                            const AlignmentOptions& options) {
   std::vector<Turn> turns;
   for (const double to_rad : first.headings_rad) {
     for (const double from_rad : second.headings_rad) {
@@ -240,10 +240,10 @@ cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
 }
 
 std::vector<AlignmentCandidate> ListCandidates(const Turn& turn, const AlignmentFeatures& first,
-                                             const AlignmentFeatures& second,
-                                             const std::vector<double>& shifts_up_m,
-                                             const AlignmentOptions& options,
-                                             const Progress& progress) {
+                                               const AlignmentFeatures& second,
+                                               const std::vector<double>& shifts_up_m,
+                                               const AlignmentOptions& options,
+                                               const Progress& progress) {
   const RigidTransform straight = LevelTransform(-turn.heading_rad, Eigen::Vector3d::Zero());
   const RigidTransform turned =
       LevelTransform(turn.yaw_rad - turn.heading_rad, Eigen::Vector3d::Zero());
@@ -293,7 +293,7 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const double from = static_cast<double>(i), count = static_cast<double>(turns.size());
     const auto candidates = ListCandidates(turns[i], first, second, shifts_up_m, options,
-                                         progress.Part(from / count, (from + 1) / count));
+                                           progress.Part(from / count, (from + 1) / count));
     all.insert(all.end(), candidates.begin(), candidates.end());
   }
   std::stable_sort(
@@ -303,4 +303,4 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   return all;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "mapping/align/align_maps.h"
 #include "mapping/align/map_agreement.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A place of the second map in the first, to be looked at closely.
 struct AlignmentCandidate {
@@ -25,4 +25,4 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
                                                const AlignmentOptions& options,
                                                const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -17,7 +17,7 @@
 #include "mapping/lines/line_samples.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kLeastSigma_m = 0.001;
@@ -396,4 +396,4 @@ std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservati
   return observations;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

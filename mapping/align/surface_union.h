@@ -10,7 +10,7 @@
 #include "mapping/map/map.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // One point for all that are in a voxel and face alike: their mean, weighted by what is known of
 // each; of points that then lie along one normal within what is known of them the best known stays,
@@ -61,4 +61,4 @@ std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const 
 std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservation> observations,
                                                    const Rig& from, const Rig& to);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

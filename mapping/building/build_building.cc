@@ -11,7 +11,7 @@
 #include "mapping/building/walls.h"
 #include "mapping/map/parallel.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -81,7 +81,8 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
 }
 
 // By view, that of its camera; -1: none.
-std::vector<int> CollectLevels(const std::vector<Sights>& sights, const std::vector<Level>& levels) {
+std::vector<int> CollectLevels(const std::vector<Sights>& sights,
+                               const std::vector<Level>& levels) {
   std::vector<int> level_of;
   for (const Sights& view : sights) level_of.push_back(LevelAt(levels, view.p_world_camera));
   return level_of;
@@ -424,4 +425,4 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   return building;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -6,11 +6,11 @@
 #include "mapping/building/options.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Deterministic. Without a trajectory, or with nothing upright, the building is empty. Throws
 // ConfigError for options out of their range, and StoppedError once progress says so.
 Building BuildBuilding(const BuildingInput& input, const BuildingOptions& options,
                        const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

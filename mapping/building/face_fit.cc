@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kAreaCell_m = 0.1;
@@ -203,7 +203,8 @@ bool MeanAround(const HeadedSample* begin, const HeadedSample* end, double n, do
   return true;
 }
 
-std::vector<Offset> FindOffsets(const HeadedSample* begin, const HeadedSample* end, double merge_m) {
+std::vector<Offset> FindOffsets(const HeadedSample* begin, const HeadedSample* end,
+                                double merge_m) {
   const std::map<int, double> density = Density(begin, end, merge_m);
   std::vector<Offset> offsets;
   for (const auto& [bin, here] : density) {
@@ -285,4 +286,4 @@ std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample
   return chains;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

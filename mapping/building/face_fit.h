@@ -7,7 +7,7 @@
 
 #include "mapping/building/faces.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Samples along a heading: n = heading . p, s along the direction square to it (to its left).
 struct HeadedSample {
@@ -55,4 +55,4 @@ std::pair<int, int> FindAreaCell(double s, double z);
 std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample>& samples,
                                                   const BuildingOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

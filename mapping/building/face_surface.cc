@@ -10,7 +10,7 @@
 
 #include "mapping/map/point_index.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -347,4 +347,4 @@ double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
   return surface.SigmaAdded();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

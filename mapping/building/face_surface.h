@@ -5,7 +5,7 @@
 
 #include "mapping/building/faces.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Brings a face to lie in the surface that its samples stand on or before. What is fixed to a wall,
 // as skirtings, frames and signs are, stands before it by up to some centimetres, nothing behind
@@ -21,4 +21,4 @@ namespace slcmap {
 double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
                        const BuildingOptions& options, Face* face);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

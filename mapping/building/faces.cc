@@ -11,7 +11,7 @@
 #include "mapping/building/face_surface.h"
 #include "mapping/map/parallel.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -124,7 +124,7 @@ class HeadingSearch {
   }
 
   std::optional<FoundFace> MakeFace(const std::vector<HeadedSample>& samples, const FaceFit& fit,
-                                  const std::vector<int>& members) const {
+                                    const std::vector<int>& members) const {
     FoundFace found{{}, fit, {}};
     std::set<std::pair<int, int>> cells;
     std::vector<double> heights;
@@ -416,4 +416,4 @@ double MainHeading(const std::vector<Face>& faces) {
   return angle < 0 ? angle + 0.5 * M_PI : angle;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

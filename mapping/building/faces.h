@@ -7,7 +7,7 @@
 
 #include "mapping/building/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A measured place on something upright. Metres, in world.
 struct FaceSample {
@@ -69,4 +69,4 @@ void AgreeHeadings(std::vector<Face>* faces);
 // it, from 0 to pi / 2 (radians).
 double MainHeading(const std::vector<Face>& faces);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -98,7 +98,7 @@ Eigen::AlignedBox2d FreeSpace::FreeBox(const Eigen::Rotation2Dd& R_box_world) co
 }
 
 std::optional<FreeWay> FindFreeWay(const Vector3d& p_world_camera, const Vector3d& end,
-                                 double sigma_m, double floor_m, double top_m, double cell_m) {
+                                   double sigma_m, double floor_m, double top_m, double cell_m) {
   return ClipRay(p_world_camera, end, std::max(cell_m, kRayEndSigmas * sigma_m),
                  floor_m + kFreeSlack_m, top_m - kFreeSlack_m);
 }
@@ -287,4 +287,4 @@ bool IsWall(const std::vector<double>& shares, double cell_m) {
          covered >= kLeastWallShare * static_cast<double>(shares.size());
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "mapping/building/faces.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 class FreeSpace {
  public:
@@ -53,8 +53,9 @@ struct FreeWay {
 // Where the ray from a camera to a point that is known up to sigma_m tells, between a storey's
 // floor and top, that nothing stands: without what is near these, and without its end, of a cell at
 // least.
-std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera, const Eigen::Vector3d& end,
-                                 double sigma_m, double floor_m, double top_m, double cell_m);
+std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera,
+                                   const Eigen::Vector3d& end, double sigma_m, double floor_m,
+                                   double top_m, double cell_m);
 
 // The rays of all sights, or every so manieth if there are as many as max_rays.
 class SightRays {
@@ -137,4 +138,4 @@ std::vector<double> WallShares(const FaceGrid& grid);
 // Of the face of a wall that is at least `share` covered.
 bool IsWall(const std::vector<double>& shares, double cell_m);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -9,7 +9,7 @@
 
 #include "mapping/building/storeys.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -43,7 +43,8 @@ int BehindWhatHangs(const HeightHistogram& histogram, HeightHistogram::const_ite
   const size_t hanging = most->second.size();
   int best = most->first;
   size_t best_columns = 0, valley = hanging;
-  for (int bin = most->first + 1; bin <= most->first + static_cast<int>(kHung_m / kPlaneBin_m); ++bin) {
+  for (int bin = most->first + 1; bin <= most->first + static_cast<int>(kHung_m / kPlaneBin_m);
+       ++bin) {
     const auto found = histogram.find(bin);
     const size_t here = found == histogram.end() ? 0 : found->second.size();
     valley = std::min(valley, here);
@@ -182,8 +183,8 @@ std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const
 
 // What little is seen of a level surface may hang beneath the ceiling. Where nothing is, that of
 // the storey may go on.
-std::optional<Height> LocateCeiling(const BuildingInput& input, const Level& level, const Room& room,
-                                const BuildingOptions& options) {
+std::optional<Height> LocateCeiling(const BuildingInput& input, const Level& level,
+                                    const Room& room, const BuildingOptions& options) {
   const auto seen =
       MostCommon(LevelPoints(input.points, room, -1, room.floor_m + kLeastRoomHeight_m,
                              level.top_m + kAboveTop_m),
@@ -234,4 +235,4 @@ void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

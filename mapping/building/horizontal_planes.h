@@ -7,7 +7,7 @@
 #include "mapping/building/storeys.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Measures the floor and the ceiling of a room of a level, sets its heights and adds the planes of
 // those that were seen, with ids that go on from those there are. A room's height is that at which
@@ -18,4 +18,4 @@ void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
                         const BuildingOptions& options, Room* room,
                         std::vector<BuildingPlane>* planes);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

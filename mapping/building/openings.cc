@@ -7,7 +7,7 @@
 
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -281,7 +281,7 @@ void JoinPanes(std::vector<FaceOpening>* openings) {
 
 // As the grid has it; none where too little of the region is a rectangle, or nothing is beside it.
 std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& labels, int label,
-                                     const cv::Rect& box, const BuildingOptions& options) {
+                                       const cv::Rect& box, const BuildingOptions& options) {
   auto core = FindCore(labels, label, box);
   if (core) GrowToCheeks(grid, &*core);
   if (!core || core->width * grid.cell_m < options.min_opening_m ||
@@ -323,4 +323,4 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   return openings;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

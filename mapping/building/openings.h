@@ -7,7 +7,7 @@
 #include "mapping/building/storeys.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A rectangle of a face's plane: metres along the face and heights in world.
 struct FaceOpening {
@@ -23,4 +23,4 @@ struct FaceOpening {
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
                                       const BuildingInput& input, const BuildingOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kTable{
@@ -39,4 +39,4 @@ void BuildingOptions::Check() const {
 
 void BuildingOptions::Read(YamlSection section) { kTable.Read(section, this); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

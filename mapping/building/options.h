@@ -3,7 +3,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct BuildingOptions {
   double max_point_sigma_m = 0.05;  // points that are less certain are left out
@@ -41,4 +41,4 @@ struct BuildingOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "data/core/math.h"
 #include "mapping/building/wall_lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Labels that cost least, inside or outside, by a minimum cut.
 
@@ -311,9 +311,10 @@ std::optional<Passage> PassageBetween(const Border& a, const Border& b,
   if (std::abs(depth_m) > options.max_thickness_m || std::abs(depth_m) < kApart_m) {
     return std::nullopt;
   }
-  const Interval opening =
-      Common(FindInterval(frame, a.part_from, a.part_to), FindInterval(frame, b.part_from, b.part_to));
-  const Interval shared = Common(FindInterval(frame, a.from, a.to), FindInterval(frame, b.from, b.to));
+  const Interval opening = Common(FindInterval(frame, a.part_from, a.part_to),
+                                  FindInterval(frame, b.part_from, b.part_to));
+  const Interval shared =
+      Common(FindInterval(frame, a.from, a.to), FindInterval(frame, b.from, b.to));
   if (opening.length_m() <= options.max_door_width_m || shared.length_m() <= kApart_m) {
     return std::nullopt;
   }
@@ -449,4 +450,4 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   return rooms;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "mapping/building/free_space.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A face of a wall with what is known of it along its line, in steps of step_m from face.from_m:
 // the share of each, 0 to 1, that is sure to be a wall.
@@ -32,4 +32,4 @@ struct FoundRoom {
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -313,4 +313,4 @@ int LevelAt(const std::vector<Level>& levels, const Vector3d& p_world) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

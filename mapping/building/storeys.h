@@ -9,7 +9,7 @@
 
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 inline constexpr double kColumn_m = 0.25;  // its side
 inline constexpr double kHung_m = 0.6;     // from what hangs to the ceiling above it, at most
@@ -43,4 +43,4 @@ std::vector<Level> FindLevels(const BuildingInput& input);
 // do, it is that whose part of the trajectory is nearer in the plan.
 int LevelAt(const std::vector<Level>& levels, const Eigen::Vector3d& p_world);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -83,7 +83,7 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
 
 // Beyond both faces of another wall, where that was measured, no line goes on.
 double FindExtension(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
-                   const BuildingOptions& options) {
+                     const BuildingOptions& options) {
   const auto first_m = FirstWall(walls, wall, at_end, options.extension_m, IsCoveredAcross);
   return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : options.extension_m;
 }
@@ -123,7 +123,8 @@ std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b) 
   return std::pair(a.MeasureAlong(point), b.MeasureAlong(point));
 }
 
-std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
+                                   const BuildingOptions& options) {
   std::vector<WallLine> lines;
   for (const WallFace& wall : walls) {
     WallLine line{&wall, SplitIntoParts(wall)};
@@ -238,7 +239,8 @@ std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
   return fits ? std::optional(body) : std::nullopt;
 }
 
-std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls,
+                                 const BuildingOptions& options) {
   std::vector<WallBody> bodies;
   for (size_t front = 0; front < walls.size(); ++front) {
     for (size_t back = 0; back < walls.size(); ++back) {
@@ -290,4 +292,4 @@ bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& b
                      [&](const WallBody& body) { return IsIn(walls[body.front].face, body, p); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "mapping/building/options.h"
 #include "mapping/building/rooms.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 inline constexpr double kPlanGrid_m = 5e-4;  // of the points of a plan
 
@@ -31,7 +31,8 @@ struct WallLine {
 };
 
 // Lines extended at both ends beyond the first wall that goes across, or by options.extension_m.
-std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const BuildingOptions& options);
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
+                                   const BuildingOptions& options);
 
 // The part of any of the lines that covers a piece of one most; nothing where it is on none.
 std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Eigen::Vector2d& a,
@@ -63,10 +64,11 @@ std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
                                   const BuildingOptions& options);
 
 // Between all faces, each as the front: a wall that was seen from both sides has two.
-std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls, const BuildingOptions& options);
+std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls,
+                                 const BuildingOptions& options);
 
 // Whether a place is between two faces of one wall; the bodies are those of the walls.
 bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
               const Eigen::Vector2d& p);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

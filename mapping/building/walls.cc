@@ -7,7 +7,7 @@
 
 #include "mapping/building/wall_lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kCorner_m = 0.5;  // from a measured end to the corner
@@ -36,7 +36,7 @@ double FindCorner(const std::vector<BuiltFace>& faces, const BuiltFace& built, d
 }
 
 PlanOpening MakeOpening(const Face& front, const FaceOpening& opening, const Face& face,
-                      const Level& level) {
+                        const Level& level) {
   const double a = front.MeasureAlong(face.PointAt(opening.from_m));
   const double b = front.MeasureAlong(face.PointAt(opening.to_m));
   return {opening.kind,
@@ -293,4 +293,4 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
   return walls;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

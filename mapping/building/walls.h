@@ -8,7 +8,7 @@
 #include "mapping/building/storeys.h"
 #include "mapping/map/building.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A wall's face with what is on it.
 struct BuiltFace {
@@ -42,4 +42,4 @@ void CloseCorners(std::vector<BuiltFace>* faces);
 std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
                                 const std::vector<Level>& levels, const BuildingOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

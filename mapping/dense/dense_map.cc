@@ -14,7 +14,7 @@
 #include "mapping/map/parallel.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kFreeSigmas = 3;
@@ -343,4 +343,4 @@ DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOpt
   return map;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

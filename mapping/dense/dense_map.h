@@ -15,7 +15,7 @@
 #include "mapping/views/stereo_depth.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Cells are cubes of an octree, cell (0, 0, 0) from the origin of the world on.
 class DepthCarver {
@@ -135,4 +135,4 @@ using DepthSink = std::function<void(std::size_t view, const DepthGrid& depth)>;
 DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOptions& options,
                     const Progress& progress = {}, const DepthSink& sink = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

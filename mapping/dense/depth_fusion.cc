@@ -10,7 +10,7 @@
 #include "mapping/map/parallel.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kContrarySigmas = 3;
@@ -294,4 +294,4 @@ std::vector<DensePoint> DepthFusion::Points() const {
   return points;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "mapping/map/map.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A view's depth and where it was seen from.
 struct PlacedGrid {
@@ -53,4 +53,4 @@ class DepthFusion {
   std::unordered_map<int64_t, Sums> voxels_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

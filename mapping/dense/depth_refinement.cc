@@ -11,7 +11,7 @@
 #include "data/core/types.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // One patch of a reference image in a neighbour's: how alike they are, and which way is better.
 
@@ -446,4 +446,4 @@ void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

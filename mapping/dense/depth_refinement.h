@@ -8,7 +8,7 @@
 #include "data/core/types.h"
 #include "mapping/views/stereo_depth.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // An image at full, half and quarter size, float. Less noise is left at each level, and less of
 // what bilinear interpolation makes of it, so that the faint texture of plaster tells there.
@@ -42,4 +42,4 @@ void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage
 // few of them become unknown.
 void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* grid);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

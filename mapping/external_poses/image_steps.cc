@@ -16,7 +16,7 @@
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -243,4 +243,4 @@ PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale) {
   return off;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

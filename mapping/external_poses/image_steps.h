@@ -10,7 +10,7 @@
 #include "data/source/sequence.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A movement of the IMU between two stamps.
 struct BodyStep {
@@ -62,4 +62,4 @@ double EstimateScale(const std::vector<StepPair>& pairs, double* sigma);
 
 PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

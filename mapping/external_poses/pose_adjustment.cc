@@ -19,7 +19,7 @@
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/views/view_matches.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Matrix2d;
@@ -97,7 +97,8 @@ struct MatchTerm {
 };
 
 // The error of a point's depth moves it along the epipolar line.
-Matrix2d ComputeWeight(const PoseMatch& match, const Views& views, const Rig& rig, double sigma_px) {
+Matrix2d ComputeWeight(const PoseMatch& match, const Views& views, const Rig& rig,
+                       double sigma_px) {
   PoseMatch nearer = match;
   const double inverse_depth = 1 / match.p_from.z() + match.inverse_depth_sigma;
   nearer.p_from = match.p_from / (match.p_from.z() * inverse_depth);
@@ -109,7 +110,7 @@ Matrix2d ComputeWeight(const PoseMatch& match, const Views& views, const Rig& ri
 }
 
 MatchTerm MakeTerm(const PoseMatch& match, const GivenViews& given, const Views& corrected,
-                 const Rig& rig, const GivenPoseOptions& options) {
+                   const Rig& rig, const GivenPoseOptions& options) {
   const RigidTransform T_to_from =
       given.views[match.to].T_world_imu.Inverse() * given.views[match.from].T_world_imu;
   return {rig.T_imu_camera[0] * match.p_from,
@@ -355,4 +356,4 @@ std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

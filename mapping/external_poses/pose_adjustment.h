@@ -11,7 +11,7 @@
 #include "mapping/views/view.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A small move in the frame of a pose: a rotation vector (rad), then a translation (m). Or the
 // speed of one, a second.
@@ -76,4 +76,4 @@ std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const GivenPoseOptions& options, OdometryRun* run,
                                                  const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/views/recorded_views.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // Right-handed and left-handed axes along others.
@@ -323,4 +323,4 @@ std::optional<Vector3d> UpByImages(const Sequence& recording, const Trajectory& 
   return best;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

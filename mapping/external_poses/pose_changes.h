@@ -9,7 +9,7 @@
 #include "data/source/sequence.h"
 #include "mapping/external_poses/image_steps.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct PosesToTry {
   std::string sensor;           // that they may be of, for the words
@@ -36,4 +36,4 @@ std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::
 // edges do not tell.
 std::optional<Eigen::Vector3d> UpByImages(const Sequence& recording, const Trajectory& trajectory);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

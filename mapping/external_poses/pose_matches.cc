@@ -13,7 +13,7 @@
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kTable{
@@ -69,8 +69,8 @@ std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseO
 }
 
 std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
-                                 const std::vector<ViewPoint>& points, const ViewImages& images,
-                                 const GivenPoseOptions& options) {
+                                   const std::vector<ViewPoint>& points, const ViewImages& images,
+                                   const GivenPoseOptions& options) {
   if (points.empty()) return {};
   const std::vector<size_t> partners = PartnersNear(views, from, options);
   if (partners.empty()) return {};
@@ -147,4 +147,4 @@ std::vector<PoseMatch> MatchViews(const Views& views,
   return matches;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

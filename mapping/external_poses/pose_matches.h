@@ -9,7 +9,7 @@
 #include "mapping/views/view.h"
 #include "mapping/views/view_matches.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct GivenPoseOptions {
   bool adjust = true;
@@ -63,4 +63,4 @@ std::vector<PoseMatch> MatchViews(const Views& views,
                                   const ViewImages& images, const GivenPoseOptions& options,
                                   const Progress& progress);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "data/core/math.h"
 #include "mapping/external_poses/pose_changes.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kSparse_s = 0.25;  // more between poses
@@ -41,8 +41,8 @@ std::vector<BodyStep> StepsOfSensor(std::vector<BodyStep> steps,
 }
 
 std::vector<Reading> ListReadings(const PoseTable& table, const PoseForm& given,
-                                const std::vector<BodyStep>& steps,
-                                const std::optional<RigidTransform>& T_imu_camera) {
+                                  const std::vector<BodyStep>& steps,
+                                  const std::optional<RigidTransform>& T_imu_camera) {
   const bool is_scalar_first =
       given.quaternion.empty() ? table.is_scalar_first : given.quaternion.starts_with("wxyz");
   std::vector<Reading> readings;
@@ -165,7 +165,7 @@ double Rounded(double scale, double sigma) {
 }
 
 std::string DescribeReading(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
-                    const std::optional<RigidTransform>& T_imu_camera) {
+                            const std::optional<RigidTransform>& T_imu_camera) {
   std::vector<std::string> words;
   const std::string before =
       given.quaternion.empty() ? (is_scalar_first ? "wxyz" : "xyzw") : given.quaternion;
@@ -417,7 +417,8 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
     const Reading& reading = readings[of_best];
     result.change =
         WordsOfChange(PairsAt(reading.poses, reading.steps, best.offset_ns), best.form.scale, who);
-    TellForm(DescribeReading(given, result.form, table.is_scalar_first, T_imu_camera), who, &result);
+    TellForm(DescribeReading(given, result.form, table.is_scalar_first, T_imu_camera), who,
+             &result);
     return result;
   }
   result.is_explained = false;
@@ -430,4 +431,4 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   return result;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "data/io/pose_file.h"
 #include "mapping/external_poses/image_steps.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct PoseReading {
   bool is_judged = false;  // enough steps have poses, by some reading
@@ -28,4 +28,4 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
                          const std::optional<RigidTransform>& T_imu_camera, const std::string& who);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

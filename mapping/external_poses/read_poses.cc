@@ -10,7 +10,7 @@
 #include "mapping/external_poses/pose_changes.h"
 #include "mapping/views/views_between.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 Clock CollectStamps(const Sequence& recording) {
@@ -172,4 +172,4 @@ std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& read
       1e3 * reading.best.way_m);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "mapping/external_poses/pose_reading.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct GivenPoses {
   Trajectory trajectory;  // of the IMU, z up; near the origin of its world
@@ -29,4 +29,4 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
 // "" where nothing is, or nothing is known.
 std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

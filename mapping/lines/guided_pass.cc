@@ -13,7 +13,7 @@
 #include "mapping/lines/line_merging.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kUnknown_rad = 1;    // of a direction that places do not tell
@@ -58,7 +58,7 @@ Eigen::Matrix2d OfDirection(const Eigen::Matrix4d& information) {
 
 // With a line's own deviation, and more for one that cannot well be of this axis.
 Eigen::Matrix2d ComputeNoise(const Eigen::Vector2d& off_rad, const Eigen::Matrix2d& covariance,
-                        const DeviationModel& model) {
+                             const DeviationModel& model) {
   const Eigen::Matrix2d unit = Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d expected = covariance + model.Variance() * unit;
   const double squared_sigmas = off_rad.dot(expected.inverse() * off_rad);
@@ -68,7 +68,7 @@ Eigen::Matrix2d ComputeNoise(const Eigen::Vector2d& off_rad, const Eigen::Matrix
 // The fit is the mean of what the places and the prior at the axis tell, by their information: this
 // takes the prior out of it.
 OffAxis ComputeOffAxis(const TrackedLine& line, size_t index, const BuildingAxis& axis,
-                  const DeviationModel& model) {
+                       const DeviationModel& model) {
   const Eigen::Matrix<double, 3, 2> across = ComputeAcross(axis.direction_world);
   const double sense = line.line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
   const Eigen::Vector2d fitted_rad = across.transpose() * (sense * line.line.direction_world);
@@ -106,7 +106,7 @@ struct Neighbourhood {
 };
 
 Neighbourhood MakeNeighbourhood(const OffAxis& line, const std::vector<const OffAxis*>& nearest,
-                              const DeviationModel& model) {
+                                const DeviationModel& model) {
   const Eigen::Matrix2d unit = Eigen::Matrix2d::Identity();
   const auto count = static_cast<Eigen::Index>(nearest.size());
   Neighbourhood around{Eigen::VectorXd(2 * count), Eigen::MatrixXd(2 * count, 2 * count),
@@ -334,7 +334,8 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
   const StretchLimits limits = ComputeLimits(*line, options);
-  const auto fit = FitStretches(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
+  const auto fit =
+      FitStretches(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   MoveTo(*fit, line);
   return true;
@@ -445,4 +446,4 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

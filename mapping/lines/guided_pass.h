@@ -10,7 +10,7 @@
 #include "mapping/lines/line_store.h"
 #include "mapping/lines/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // By line, what the others of its axis and segment make known of its direction beforehand: the mean
 // and the standard deviation that a Gaussian process predicts from what each one's places tell of
@@ -49,4 +49,4 @@ void LookAgain(const Views& views, const ViewImages& images, const SightDepths& 
 void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
                         const MapLineOptions& options, std::vector<TrackedLine>* lines);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

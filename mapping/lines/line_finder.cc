@@ -10,7 +10,7 @@
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_triangulation.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr int kReach = 12;              // views to either side that a segment is looked for in
@@ -69,8 +69,8 @@ double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
 }
 
 std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
-                                      const std::vector<BuildingAxis>& axes,
-                                      const MapLineOptions& options) {
+                                        const std::vector<BuildingAxis>& axes,
+                                        const MapLineOptions& options) {
   if (line.is_level) {
     return DirectionPrior{Eigen::Vector3d::UnitZ(), options.level_sigma_rad, true};
   }
@@ -235,4 +235,4 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   return line;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "mapping/lines/line_sweep.h"
 #include "mapping/lines/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Every segment of a left image that no line known so far explains is looked for in the views
 // around, along the axes that it may follow, else in any direction, and becomes a line where enough
@@ -54,10 +54,10 @@ class LineFinder {
 
 // What the direction of a line is known to be beforehand.
 std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
-                                      const std::vector<BuildingAxis>& axes,
-                                      const MapLineOptions& options);
+                                        const std::vector<BuildingAxis>& axes,
+                                        const MapLineOptions& options);
 
 // The gradient from which an image shows a line.
 double MinGradient(const TrackedLine& line, const MapLineOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

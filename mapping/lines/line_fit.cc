@@ -12,7 +12,7 @@
 #include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr int kSteps = 5;
@@ -29,8 +29,8 @@ struct Residual {
 };
 
 std::optional<Residual> ComputeResidual(const EdgePlace& place, const Eigen::Vector3d& p_world,
-                                   const Eigen::Matrix<double, 3, 2>& across,
-                                   const ViewCameras& views) {
+                                        const Eigen::Matrix<double, 3, 2>& across,
+                                        const ViewCameras& views) {
   const RigidTransform& T_camera_world = views.T_camera_world[place.view][place.camera];
   const Camera& camera = views.cameras[place.camera];
   const Eigen::Vector3d p = T_camera_world * p_world;
@@ -266,4 +266,4 @@ std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
   return off_px;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

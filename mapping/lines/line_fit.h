@@ -8,7 +8,7 @@
 #include "mapping/lines/line_samples.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Two columns, square to the direction (of length 1) and to each other.
 inline Eigen::Matrix<double, 3, 2> ComputeAcross(const Eigen::Vector3d& direction) {
@@ -96,4 +96,4 @@ double ComputeSpread(std::vector<double> distances_px);
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
                                const std::vector<EdgePlace>& places, const ViewCameras& views);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

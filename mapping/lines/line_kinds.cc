@@ -7,7 +7,7 @@
 #include "data/core/math.h"
 #include "mapping/lines/line_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kCell_m = 0.5;
@@ -212,4 +212,4 @@ void CountParallels(double reach_m, std::vector<TrackedLine>* lines) {
   for (int i = 0; i < count; ++i) (*lines)[i].parallels = parallels[i];
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "mapping/lines/line_store.h"
 #include "mapping/lines/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Lines by the cells of half a metre that their intervals pass.
 class LineCells {
@@ -55,4 +55,4 @@ LineKind FindKind(const TrackedLine& line, const LineKindOptions& options);
 // TrackedLine::parallels.
 void CountParallels(double reach_m, std::vector<TrackedLine>* lines);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "data/core/math.h"
 #include "mapping/lines/line_kinds.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kStretchLength_m = 0.25;
@@ -65,8 +65,8 @@ class Intervals {
 
 // What is left of the intervals without the stretches that scatter more.
 std::vector<Interval> Without(const std::vector<Interval>& intervals,
-                             const std::map<int, double>& spreads, double most_px,
-                             double min_length_m) {
+                              const std::map<int, double>& spreads, double most_px,
+                              double min_length_m) {
   std::vector<Interval> left = intervals;
   for (const auto& [stretch, spread_px] : spreads) {
     if (spread_px <= most_px) continue;
@@ -95,8 +95,8 @@ std::optional<LineFit> FitToBest(const Intervals& stretches, const LineFit& whol
   std::optional<LineFit> fit = whole;
   for (int round = 0; fit && round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
     const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeHalf(spreads)), cameras, prior,
-                  options);
+    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeHalf(spreads)), cameras,
+                  prior, options);
   }
   return fit;
 }
@@ -277,4 +277,4 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
   return merged;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

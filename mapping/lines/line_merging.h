@@ -7,7 +7,7 @@
 #include "mapping/lines/line_store.h"
 #include "mapping/lines/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // What a line is kept with.
 struct StretchLimits {
@@ -38,4 +38,4 @@ void DropPlacesOutside(TrackedLine* line);
 std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
                                     const LineMergingOptions& options, double between_maps_m = 0);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

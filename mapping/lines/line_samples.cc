@@ -10,7 +10,7 @@
 #include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // Cuts the range of u where a + u b is negative.
@@ -170,7 +170,7 @@ struct Sides {
 };
 
 std::optional<Sides> MeasureSides(const cv::Mat& image, const Eigen::Vector2d& px,
-                             const Eigen::Vector2d& offset) {
+                                  const Eigen::Vector2d& offset) {
   const Eigen::Vector2d left = px + offset, right = px - offset;
   if (!IsInside(image, left) || !IsInside(image, right)) return std::nullopt;
   return Sides{Brightness(image, left), Brightness(image, right)};
@@ -294,4 +294,4 @@ bool SightDepths::HidesSurface(int view, int camera, const Camera& model,
                1 / (1 / z_m + slope * reach));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "mapping/views/view.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The part of a line that is in an image, from start to end as the line runs.
 struct LineInView {
@@ -102,4 +102,4 @@ class SightDepths {
   std::vector<std::array<DepthImage, 2>> images_;  // by view and camera
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "data/core/math.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kQuarter_rad = M_PI / 2;
@@ -275,4 +275,4 @@ SurfacesBeside LineSurfaces::Beside(const PointAndDirection& line,
   return beside;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -12,7 +12,7 @@
 #include "mapping/map/point_index.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct BuildingAxis {
   LineAxis axis = LineAxis::kVertical;
@@ -66,7 +66,8 @@ class LineSurfaces {
   explicit LineSurfaces(const std::vector<DensePoint>& cloud);
 
   // In stretches of 10 cm, by the points up to 15 cm around them.
-  SurfacesBeside Beside(const PointAndDirection& line, const std::vector<Interval>& intervals) const;
+  SurfacesBeside Beside(const PointAndDirection& line,
+                        const std::vector<Interval>& intervals) const;
 
  private:
   enum class Surface { kFlat, kRelief, kUnknown };
@@ -91,7 +92,7 @@ struct TrackedLine {
   int map = 0;            // where lines of several maps are merged
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
-  Interval seen;         // by segments, then from the first interval to the last
+  Interval seen;        // by segments, then from the first interval to the last
   double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
   double moved_m = 0;  // at most, along its intervals, by the last fit again
@@ -106,4 +107,4 @@ struct TrackedLine {
   std::vector<Interval> intervals;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

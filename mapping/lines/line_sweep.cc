@@ -13,7 +13,7 @@
 #include "odometry/frontend/line_segment.h"
 #include "odometry/window/line_triangulation.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Where an image has edges, and which way brightness rises there: quick to ask for many places.
 
@@ -131,8 +131,8 @@ struct Support {
 };
 
 Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
-                  const std::vector<SweepImage>& images, const ViewCameras& views,
-                  const LineSweepOptions& options) {
+                       const std::vector<SweepImage>& images, const ViewCameras& views,
+                       const LineSweepOptions& options) {
   constexpr double kMinLength_px = 8, kMissCost = 0.35;
   Support support;
   for (const SweepImage& image : images) {
@@ -153,7 +153,7 @@ Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
 
 // The stretch of a line between the rays of a segment's ends, with the line running as the segment.
 std::optional<Interval> FindInterval(PointAndDirection* line, const LineSegment& segment,
-                                 const RigidTransform& T_world_camera) {
+                                     const RigidTransform& T_world_camera) {
   const auto extent = ExtentAlong(*line, segment, T_world_camera);
   if (!extent) return std::nullopt;
   const Eigen::Vector3d step = T_world_camera.rotation.conjugate() * line->direction_world;
@@ -330,4 +330,4 @@ std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const V
   return images;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

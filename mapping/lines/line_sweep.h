@@ -10,7 +10,7 @@
 #include "mapping/views/view.h"
 #include "odometry/frontend/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct LineSweepOptions {
   double min_depth_m = 0.4, max_depth_m = 10;
@@ -32,7 +32,7 @@ struct SweepImage {
 
 struct SweptLine {
   PointAndDirection line;  // its point is seen in the middle of the segment
-  Interval seen;            // between the ends of the segment
+  Interval seen;           // between the ends of the segment
   double score = 0;        // images that show it, less those that do not
 };
 
@@ -87,4 +87,4 @@ class ViewWindow {
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
                                      const ViewCameras& cameras, const LineSweepOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

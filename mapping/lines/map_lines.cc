@@ -16,7 +16,7 @@
 #include "mapping/lines/line_merging.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 int FindAxis(const Line& line, const std::vector<BuildingAxis>& axes) {
@@ -181,8 +181,8 @@ std::optional<LineSegment> InImage(const LineSegment& px, const Camera& camera) 
 // The edge of a piece in the image that the places are of; nothing where that is too short, or not
 // where the line is.
 std::optional<LineSegment> GetSegment(const TrackedLine& line, const Interval& extent,
-                                     std::span<const PlaceOfPiece> places,
-                                     const ViewCameras& cameras) {
+                                      std::span<const PlaceOfPiece> places,
+                                      const ViewCameras& cameras) {
   const int samples =
       std::accumulate(places.begin(), places.end(), 0,
                       [](int sum, const PlaceOfPiece& p) { return sum + p.place->samples; });
@@ -228,7 +228,7 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
 }  // namespace
 
 LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views& views,
-                        const ViewCameras& cameras) {
+                             const ViewCameras& cameras) {
   LineEvidence evidence;
   for (size_t i = 0; i < lines.size(); ++i) {
     const auto id = static_cast<int64_t>(i);
@@ -325,4 +325,4 @@ std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines) {
   return marks;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -12,7 +12,7 @@
 #include "mapping/views/view.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Those of the run's lines that are known to max_sigma_m and were seen by min_views keyframes, each
 // running so that the bright side is on the left of its image. Axes are those of AxesOfRun.
@@ -24,7 +24,7 @@ std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<Bu
 // Of lines whose ids count from 0, and whose intervals are their pieces. A support is the straight
 // line that fits the places of a piece in one image, as far as they reach.
 LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views& views,
-                        const ViewCameras& cameras);
+                             const ViewCameras& cameras);
 
 // All lines of a building, from the images of the views.
 
@@ -55,4 +55,4 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const SightDepths& sights, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

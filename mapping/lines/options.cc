@@ -6,7 +6,7 @@
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kTable{
@@ -128,4 +128,4 @@ void MapLineOptions::Read(YamlSection section) {
   kTable.Read(section, this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "mapping/lines/line_sweep.h"
 #include "mapping/views/views_between.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A building bends and leans as a whole, and what is fitted into it stands askew as a whole: how
 // far lines of one axis are off it is alike where they are near each other.
@@ -88,4 +88,4 @@ struct MapLineOptions {
   MapLineOptions ForPoses(double across_px) const;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 
 #include "data/io/json.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -305,4 +305,4 @@ Building ReadBuilding(const std::string& folder) {
   return building;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "data/core/rigid_transform.h"
 #include "data/io/map_line.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 enum class PlaneKind { kWall, kFloor, kCeiling, kOther };
 enum class OpeningKind { kDoor, kWindow, kPassage };
@@ -140,4 +140,4 @@ void WriteBuilding(const std::string& folder, const Building& building);
 // of nothing.
 Building ReadBuilding(const std::string& folder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -16,7 +16,7 @@
 #include "mapping/map/map.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // What tables of a map that tell which image shows what have in common.
 
@@ -209,7 +209,8 @@ std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pie
 std::vector<std::string> LineEvidenceFiles() { return {kLineCovarianceFile, kLineSupportFile}; }
 
 void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) {
-  WriteFile(folder + "/" + kLineCovarianceFile, FormatRows(CovarianceColumns(), evidence.covariances));
+  WriteFile(folder + "/" + kLineCovarianceFile,
+            FormatRows(CovarianceColumns(), evidence.covariances));
   WriteFile(folder + "/" + kLineSupportFile, FormatRows(SupportColumns(), evidence.supports));
 }
 
@@ -281,4 +282,4 @@ std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
   return observations;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -6,7 +6,7 @@
 
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 inline constexpr char kLineCovarianceFile[] = "line_covariances.csv",
                       kLineSupportFile[] = "line_supports.csv";
@@ -34,4 +34,4 @@ void WritePointObservations(const std::string& path,
 std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
                                                        const MapResult& map);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

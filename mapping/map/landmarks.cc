@@ -24,7 +24,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // Landmarks seen from far apart can be more certain than their model deserves.
@@ -276,7 +276,7 @@ void NumberTracks(std::vector<MapPointObservation>* observations) {
 }  // namespace
 
 std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>& points,
-                                                const OdometryRun& run, const Rig& rig) {
+                                                     const OdometryRun& run, const Rig& rig) {
   const PixelsOfRun pixels(run, rig);
   const std::unordered_map<int64_t, Track> tracks = IndexTracks(points);
   std::vector<MapPointObservation> observations;
@@ -294,7 +294,8 @@ std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>
       if (seen.right_px) add(1, *seen.right_px);
     }
   }
-  std::ranges::sort(observations, {}, [](const MapPointObservation& seen) { return MakeKey(seen); });
+  std::ranges::sort(observations, {},
+                    [](const MapPointObservation& seen) { return MakeKey(seen); });
   NumberTracks(&observations);
   return observations;
 }
@@ -361,4 +362,4 @@ LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRu
   return evidence;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

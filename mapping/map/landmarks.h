@@ -10,7 +10,7 @@
 #include "mapping/map/options.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The landmarks that are certain enough, finite and within 10,000 km, in their order.
 std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
@@ -46,7 +46,7 @@ void FindLinesOfPoints(const std::vector<MapLine>& lines, std::vector<MapPoint>*
 // the images that a rig has (the run's own, or that of images rectified with the calibration that
 // was found). The run's calibration is taken into account.
 std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>& points,
-                                                const OdometryRun& run, const Rig& rig);
+                                                     const OdometryRun& run, const Rig& rig);
 
 // The lines of a map.
 
@@ -59,4 +59,4 @@ std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& o
 // does not know that have no covariance.
 LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRun& run);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -17,7 +17,7 @@
 #include "mapping/map/building.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // What an adjustment was made of, and how it went.
 struct AdjustmentFigures {
@@ -208,4 +208,4 @@ inline std::unordered_map<int64_t, RigidTransform> PosesByStamp(const MapResult&
   return poses;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

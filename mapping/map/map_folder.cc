@@ -24,7 +24,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr int kMapVersion = 4;
@@ -333,4 +333,4 @@ MapSource MapSourceIn(const std::string& folder) {
   return map.source;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -7,7 +7,7 @@
 #include "data/io/output_folder.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The names of the files of a map.
 StageFiles MapFiles();
@@ -31,4 +31,4 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
 // Where the map in a folder came from, by its summary alone. Throws DataError.
 MapSource MapSourceIn(const std::string& folder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -14,7 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr std::string_view kFirstLine = "# Octomap OcTree binary file";
@@ -342,4 +342,4 @@ OccupancyMap OccupancyMap::Read(const std::string& path) {
   return map;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -12,7 +12,7 @@
 
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Edge lengths of voxels that maps and their files may have.
 inline constexpr double kMinVoxel_m = 1e-3;
@@ -112,4 +112,4 @@ class OccupancyMap {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -3,7 +3,7 @@
 #include "data/io/yaml.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 // What no building exceeds; options have an upper bound so that nonsense is found where it stands.
@@ -37,4 +37,4 @@ void OccupancyOptions::Read(YamlSection section) { kOccupancyTable.Read(section,
 void RunLineOptions::Check() const { kRunLinesTable.Check("mapping.run_lines", *this); }
 void RunLineOptions::Read(YamlSection section) { kRunLinesTable.Read(section, this); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

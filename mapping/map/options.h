@@ -3,7 +3,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Which landmarks become points of the cloud.
 struct CloudOptions {
@@ -33,4 +33,4 @@ struct RunLineOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -16,7 +16,7 @@
 
 #include "data/core/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Calls work(i) for each i in [0, count): what it writes must be of item i alone. Whether all are
 // done, which they are not once progress says so; it is asked after each `at_once` of them.
@@ -97,4 +97,4 @@ inline void ParallelFor(std::size_t begin, std::size_t end, int threads,
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

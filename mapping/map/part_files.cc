@@ -12,7 +12,7 @@
 #include "data/source/sequence_options_json.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 template <typename T>
@@ -292,4 +292,4 @@ void CheckPosesOfRuns(const std::string& path, const MapResult& map) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "data/io/ply.h"
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A PLY file: `x y z nx ny nz sigma_m` (float), `red green blue grey` (uchar, all four the grey of
 // the image) and `source` (int: 0 stereo, 1 filled plane), with a comment where there is one.
@@ -53,4 +53,4 @@ Eigen::Vector3d ParseOffset(const std::string& place, const Json& json);
 // map has one besides.
 void CheckPosesOfRuns(const std::string& path, const MapResult& map);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct DenseIndex::Tree {
   pcl::KdTreeFLANN<pcl::PointXYZ> search;
@@ -33,4 +33,4 @@ void DenseIndex::Find(const Eigen::Vector3d& p_world, double radius_m,
   tree_->search.radiusSearch({p.x(), p.y(), p.z()}, radius_m, *found, squared);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -9,7 +9,7 @@
 
 #include "mapping/map/map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 inline Eigen::Vector3i FindCube(const Eigen::Vector3d& p, double cube_m) {
   return (p / cube_m).array().floor().cast<int>();
@@ -81,4 +81,4 @@ class DenseIndex {
   std::unique_ptr<const Tree> tree_;  // null where the cloud is empty
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

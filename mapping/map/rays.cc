@@ -16,7 +16,7 @@
 #include "mapping/map/map.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kMaxCoarseSteps = 3e7;  // what counting may cost: seconds, after hours of rays
@@ -235,4 +235,4 @@ std::vector<Sights> SightsOfLines(const MapResult& map) {
   return all;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

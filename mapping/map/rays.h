@@ -16,7 +16,7 @@
 #include "mapping/map/options.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 class VoxelEstimate {
  public:
@@ -81,4 +81,4 @@ inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<Sights>
   return input;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

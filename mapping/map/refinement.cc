@@ -11,7 +11,7 @@
 #include "data/core/rigid_transform.h"
 #include "odometry/factors/imu_factor.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -297,4 +297,4 @@ RigidTransform TurnAlongBuilding(OdometryRun* run) {
   return T_turned_run;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 #include "odometry/geometry/imu.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A run's IMU for integration between poses that are already known well.
 //
@@ -65,4 +65,4 @@ Trajectory KeyframeTrajectory(const std::vector<Keyframe>& keyframes);
 // knows no heading, as of poses that were given, whose world somebody may have surveyed.
 RigidTransform TurnAlongBuilding(OdometryRun* run);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -16,7 +16,7 @@
 #include "mapping/pipes/pipe_fit.h"
 #include "odometry/frontend/line_segment.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -126,7 +126,7 @@ class OutlineSearch {
 
   // Of edges that are brighter on the left of the line (sense 1), or on its right (-1).
   Samples CollectSamples(const PointAndDirection& line, const LineInView& seen,
-                    const Vector3d& normal_world, double sense) const {
+                         const Vector3d& normal_world, double sense) const {
     const PointAndDirection directed{line.point_world, sense * line.direction_world};
     LineInView view = seen;
     if (sense < 0) {
@@ -358,7 +358,7 @@ double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m) 
 }
 
 WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double radius_m,
-                              double pose_sigma_m) {
+                                   double pose_sigma_m) {
   WidthEvidence evidence;
   evidence.images = static_cast<int>(pairs.size());
   if (pairs.size() < 2) return evidence;
@@ -408,8 +408,9 @@ bool IsPromising(const WidthEvidence& widths) {
 
 }  // namespace
 
-std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places, const PipeImages& images,
-                                    double pose_sigma_m, const Progress& progress) {
+std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places,
+                                         const PipeImages& images, double pose_sigma_m,
+                                         const Progress& progress) {
   constexpr size_t kEach = 4;                     // view is looked at first
   constexpr double kChosen = 0.1, kFirst = 0.65;  // of the time
   const ViewCameras cameras(images.views, images.images.rig());
@@ -440,4 +441,4 @@ std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places, c
   return widths;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/pipes/pipe_fit.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // What one image has of both outlines, as seen along an axis (AcrossAxis): places x with
 // normals[i] . x = offsets_m[i] are on the plane through the camera and an outline. The normals
@@ -73,13 +73,14 @@ inline constexpr double kLeastToldByWidths = 15;
 double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
 
 WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double radius_m,
-                              double pose_sigma_m);
+                                   double pose_sigma_m);
 
 // How wide images show what may be pipes.
 
 // By place; no images of those where they cannot tell a pipe from two edges, or where a part of
 // them speaks clearly against one, and of all once progress says so.
-std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places, const PipeImages& images,
-                                    double pose_sigma_m, const Progress& progress = {});
+std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places,
+                                         const PipeImages& images, double pose_sigma_m,
+                                         const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

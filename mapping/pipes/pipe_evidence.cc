@@ -10,7 +10,7 @@
 #include "data/core/math.h"
 #include "mapping/pipes/pipe_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -336,4 +336,4 @@ bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
          !IsFlat(cylinder, surface);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

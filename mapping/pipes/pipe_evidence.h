@@ -8,7 +8,7 @@
 #include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // How far rays are from what they should touch, in standard deviations.
 struct Misfit {
@@ -85,4 +85,4 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
 bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
                      const SurfaceEvidence& surface);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

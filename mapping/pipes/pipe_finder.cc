@@ -14,7 +14,7 @@
 #include "mapping/pipes/outline_pairs.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,7 +138,7 @@ std::optional<PointAndDirection> Between(const Outline& a, const Outline& b,
 // What two lines may be the outlines of, by least squares: each ray passes the axis at the radius,
 // on the side on which it passes the middle between them. The axis runs as `middle` does.
 std::optional<Cylinder> FitCylinder(const PointAndDirection& middle, const Outline& a,
-                                   const Outline& b) {
+                                    const Outline& b) {
   const Vector3d first = middle.direction_world.unitOrthogonal();
   const Vector3d second = middle.direction_world.cross(first);
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -315,4 +315,4 @@ double TouchingShare(const Cylinder& cylinder, const Outline& outline, const Pip
          static_cast<double>(outline.rays.size());
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "mapping/map/map.h"
 #include "mapping/pipes/pipe_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A line of the map, with all of its pieces.
 struct Outline {
@@ -44,4 +44,4 @@ std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
 // The share of an outline's rays that touch the cylinder.
 double TouchingShare(const Cylinder& cylinder, const Outline& outline, const PipeOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "data/io/yaml.h"
 #include "mapping/lines/line_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -28,8 +28,8 @@ struct Residual {
 
 // Nothing of a ray that runs along the axis.
 std::optional<Residual> ComputeResidual(const Cylinder& cylinder,
-                                   const Eigen::Matrix<double, 3, 2>& across, double side,
-                                   const TangentRay& ray) {
+                                        const Eigen::Matrix<double, 3, 2>& across, double side,
+                                        const TangentRay& ray) {
   const Vector3d way = ray.centre_world - cylinder.axis.point_world;
   const Vector3d normal = ray.ray_world.cross(cylinder.axis.direction_world);
   const double sine = normal.norm();
@@ -46,7 +46,8 @@ std::optional<Residual> ComputeResidual(const Cylinder& cylinder,
   return residual;
 }
 
-std::vector<double> MeasureSides(const PointAndDirection& axis, const std::vector<TangentRay>& rays) {
+std::vector<double> MeasureSides(const PointAndDirection& axis,
+                                 const std::vector<TangentRay>& rays) {
   std::vector<double> sides;
   for (const TangentRay& ray : rays) sides.push_back(SignedDistance(axis, ray) < 0 ? -1 : 1);
   return sides;
@@ -159,4 +160,4 @@ void PipeOptions::Check() const {
 
 void PipeOptions::Read(YamlSection section) { kTable.Read(section, this); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 #include "data/io/yaml.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The axis is at the origin. The first direction is the building's, as far as an axis leaves it:
 // up, and the map's x for what is upright.
@@ -129,4 +129,4 @@ struct PipeOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -12,7 +12,7 @@
 #include "mapping/pipes/pipe_evidence.h"
 #include "mapping/pipes/pipe_finder.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
@@ -106,9 +106,10 @@ struct Evidence {
 
 // By candidate, without the widths; nothing of those that hardly an image shows both sides of.
 std::vector<std::optional<Evidence>> CollectEvidence(const std::vector<PipeCandidate>& candidates,
-                                                const std::vector<Outline>& outlines,
-                                                const MapResult& map, const PipeOptions& options,
-                                                const Progress& progress) {
+                                                     const std::vector<Outline>& outlines,
+                                                     const MapResult& map,
+                                                     const PipeOptions& options,
+                                                     const Progress& progress) {
   const CloudAboutPipes cloud(map.dense);
   std::vector<std::optional<Evidence>> all(candidates.size());
   ForEachWatched(candidates.size(), progress, [&](size_t i) {
@@ -214,7 +215,7 @@ struct PipeExtent {
 // The outlines of a candidate, but for short gaps, where they are long enough; and what else of
 // them, and of further outlines that no other pipe has, begins there and goes on.
 PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outline>& outlines,
-                    const std::vector<char>& explained, const PipeOptions& options) {
+                         const std::vector<char>& explained, const PipeOptions& options) {
   const Cylinder& cylinder = candidate.fit.cylinder;
   const int segment = outlines[candidate.outlines.front()].segment;
   PipeExtent extent{{}, candidate.outlines};
@@ -349,4 +350,4 @@ void AddPipes(const PipeOptions& options, const PipeImages* images, const Progre
   Leave(found.line_ids, &LineSupport::line_id, &map->line_evidence.supports);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

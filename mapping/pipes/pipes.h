@@ -8,7 +8,7 @@
 #include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_fit.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct FoundPipes {
   std::vector<MapPipe> pipes;
@@ -25,4 +25,4 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options,
 void AddPipes(const PipeOptions& options, const PipeImages* images, const Progress& progress,
               MapResult* map);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -8,7 +8,7 @@
 #include "mapping/dense/dense_map.h"
 #include "mapping/map/point_index.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -117,7 +117,7 @@ double ReachOf_m(const BuildingPlane& plane, const Building& building,
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
                      const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
-  BoundedPlane bounded{MakeGridAxes(plane, options.cell_m),       {},      plane.sigma_m,
+  BoundedPlane bounded{MakeGridAxes(plane, options.cell_m), {},      plane.sigma_m,
                        ReachOf_m(plane, building, options), is_wall, !plane.inferred};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = MakePolygon(plane, building, grid);
@@ -242,4 +242,4 @@ void RemoveFilledPoints(MapResult* map) {
                 [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

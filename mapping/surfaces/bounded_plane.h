@@ -12,7 +12,7 @@
 #include "mapping/map/map.h"
 #include "mapping/surfaces/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // The plane is normal . p = offset_m, in world; it is looked at from where its normal points to.
 // Its axes u (columns) and v (rows) are square to the normal and to each other.
@@ -101,4 +101,4 @@ void AddFilledPoints(const std::vector<DensePoint>& filled, double spacing_m, Ma
 // From the dense cloud. The occupancy keeps what they said.
 void RemoveFilledPoints(MapResult* map);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

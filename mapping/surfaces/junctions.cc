@@ -14,7 +14,7 @@
 #include "data/core/math.h"
 #include "mapping/map/point_index.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::AlignedBox3d;
@@ -44,7 +44,7 @@ struct Bin {
 
 // The points of `surface` in front of `other`, by the bin along the junction.
 std::map<int, Bin> FindBins(const SurfacePoints& surface, const BuildingPlane& other,
-                          const Vector3d& direction, const JunctionOptions& options) {
+                            const Vector3d& direction, const JunctionOptions& options) {
   std::map<int, Bin> bins;
   for (const Vector3d& p : surface.points_world) {
     const double from_junction_m = DistanceTo(other, p);
@@ -221,8 +221,8 @@ class KnownEdges {
 
 // The places of a junction, without those that are known, in pieces without a gap.
 std::vector<std::vector<JunctionPlace>> MakePieces(const PlaneJunction& junction,
-                                                 const KnownEdges& known,
-                                                 const JunctionOptions& options) {
+                                                   const KnownEdges& known,
+                                                   const JunctionOptions& options) {
   std::vector<std::vector<JunctionPlace>> pieces;
   for (const JunctionPlace& place : junction.places) {
     const Vector3d p = junction.At(place.along_m, place.offset_m);
@@ -267,7 +267,7 @@ int64_t BinsBetween(const JunctionPlace& first, const JunctionPlace& last,
 }
 
 JunctionEdge MakeEdge(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
-                    const JunctionOptions& options) {
+                      const JunctionOptions& options) {
   const StraightOffsets offsets = FitOffsets(piece, options);
   const double from_m = piece.front().along_m - options.bin_m / 2;
   const double to_m = piece.back().along_m + options.bin_m / 2;
@@ -277,8 +277,8 @@ JunctionEdge MakeEdge(const PlaneJunction& junction, const std::vector<JunctionP
 }
 
 std::vector<PlaneJunction> FindJunctions(const Building& building,
-                                       const std::vector<DensePoint>& cloud,
-                                       const JunctionOptions& options, const Progress& progress) {
+                                         const std::vector<DensePoint>& cloud,
+                                         const JunctionOptions& options, const Progress& progress) {
   const std::vector<SurfacePoints> surfaces = PointsOfPlanes(building, cloud, options);
   std::vector<PlaneJunction> junctions;
   for (size_t i = 0; i < surfaces.size(); ++i) {
@@ -407,4 +407,4 @@ void RemoveJunctions(MapResult* map) {
                 [&](const LineCovariance& known) { return ids.contains(known.line_id); });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

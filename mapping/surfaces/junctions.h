@@ -9,7 +9,7 @@
 #include "mapping/map/map.h"
 #include "mapping/surfaces/options.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // A plane, and the points of the cloud that are on its surface.
 struct SurfacePoints {
@@ -71,4 +71,4 @@ void AddJunctions(const JunctionOptions& options, const Progress& progress, MapR
 // Takes them out again.
 void RemoveJunctions(MapResult* map);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kPlaneTable{
@@ -59,4 +59,4 @@ void JunctionOptions::Check() const {
 }
 void JunctionOptions::Read(YamlSection section) { kJunctionTable.Read(section, this); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -3,7 +3,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct PlaneOptions {
   bool fill = true;
@@ -64,4 +64,4 @@ struct JunctionOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/plane_views.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
@@ -275,8 +275,9 @@ std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
 }
 
 // Of points those that some view sees. None once progress says so.
-std::vector<DensePoint> SelectSeen(const std::vector<DensePoint>& points, const WatchingViews& watching,
-                               int threads, const Progress& progress) {
+std::vector<DensePoint> SelectSeen(const std::vector<DensePoint>& points,
+                                   const WatchingViews& watching, int threads,
+                                   const Progress& progress) {
   constexpr size_t kJob = 200, kAtOnce = 2000;  // points
   std::vector<char> is_seen(points.size());
   for (size_t begin = 0; begin < points.size(); begin += kAtOnce) {
@@ -312,9 +313,10 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
       measured, planes, watching, options, threads, progress.Part(kMeasuredSeen, kFilledUntil)));
   // A blank wall, which is not measured, hides the rooms behind it.
   watching.AddHiding(filled, options.cell_m, progress.Part(kFilledUntil, kFilledSeen));
-  std::vector<DensePoint> seen = SelectSeen(filled, watching, threads, progress.Part(kFilledSeen, 1));
+  std::vector<DensePoint> seen =
+      SelectSeen(filled, watching, threads, progress.Part(kFilledSeen, 1));
   if (!progress.Report(1)) return {};
   return seen;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 #include "mapping/surfaces/options.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // At the heights of each storey's floor and ceiling, where rays went between these and no room of
 // it is near: rooms whose walls were not all seen are none, but their floors are looked at all the
@@ -42,4 +42,4 @@ struct MeasuredBuilding {
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

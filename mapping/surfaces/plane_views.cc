@@ -13,7 +13,7 @@
 #include "data/core/math.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kSigmas = 3;
@@ -219,4 +219,4 @@ std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) 
   return around;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

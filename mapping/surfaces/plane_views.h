@@ -14,7 +14,7 @@
 #include "mapping/surfaces/options.h"
 #include "mapping/views/view.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // By cell: the rays that go through it to an end clearly behind it, from either side.
 cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
@@ -82,4 +82,4 @@ class MeasuredAround {
   std::unique_ptr<Tree> tree_, in_plane_, off_plane_, behind_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -21,7 +21,7 @@
 #include "odometry/run/run.h"
 #include "odometry/run/run_queries.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 namespace fs = std::filesystem;
@@ -321,7 +321,8 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
       KeyframeFiles(run, folder, files_at), std::make_shared<LostImages>());
 }
 
-std::unique_ptr<ViewImages> OpenImages(const Sequence& recording, const std::vector<size_t>& pairs) {
+std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
+                                       const std::vector<size_t>& pairs) {
   std::vector<ViewFiles> files;
   for (const size_t pair : pairs) {
     files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
@@ -416,4 +417,4 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   return run;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -10,7 +10,7 @@
 #include "mapping/views/views_between.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct RecordedViews {
   Views views;
@@ -64,4 +64,4 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
 // Counts images that the poses do not cover, as a warning of the run.
 inline constexpr const char* kImageWithoutPose = "images_without_pose";
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

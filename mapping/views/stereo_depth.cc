@@ -8,7 +8,7 @@
 #include "data/io/yaml.h"
 #include "mapping/map/occupancy_map.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kDenseTable{
@@ -151,4 +151,4 @@ DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& r
   return grid;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

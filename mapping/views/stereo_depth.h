@@ -12,7 +12,7 @@
 #include "data/core/types.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 // Inverse depth, 1/z in 1/m, is linear over the image of a plane, and so are disparities: the
 // surface around a node is given by its value there and its slopes in 1/m per pixel.
@@ -66,14 +66,14 @@ inline Eigen::Vector3d PinholeRay(const Camera& camera, double u_px, double v_px
 
 // The plane n.p = 1 (camera frame) that a node at a pixel is on.
 inline Eigen::Vector3d MakePlane(const DepthNode& node, const Camera& camera,
-                               const Eigen::Vector3d& ray) {
+                                 const Eigen::Vector3d& ray) {
   const double x = node.slope_x * camera.fx_px, y = node.slope_y * camera.fy_px;
   return {x, y, node.inverse_depth - x * ray.x() - y * ray.y()};
 }
 
 // The unit normal of the surface at a node, towards the camera.
 inline Eigen::Vector3d ComputeNormal(const DepthNode& node, const Camera& camera,
-                                const Eigen::Vector3d& ray) {
+                                     const Eigen::Vector3d& ray) {
   return -MakePlane(node, camera, ray).normalized();
 }
 
@@ -154,4 +154,4 @@ double Baseline_m(const Rig& rig);
 DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
                       const DenseOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -11,7 +11,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct View {
   int64_t stamp_ns = 0;  // on the camera's clock
@@ -80,4 +80,4 @@ class LostImages {
   std::set<std::string> paths_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Matrix2f;
@@ -220,7 +220,7 @@ std::vector<ViewPoint> RecognisedPoints(const StereoImage& pair, const ViewImage
 }
 
 PairAgreement ComputeAgreement(const Views& views, const ViewImages& images, size_t first,
-                          size_t second) {
+                               size_t second) {
   const StereoImage from = images.Read(first), to = images.Read(second);
   if (to.left.empty()) return {};
   const RigidTransform T_to_from = WorldFromCamera(views[second], images.rig()).Inverse() *
@@ -271,4 +271,4 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
   return agreement;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

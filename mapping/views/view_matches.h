@@ -10,7 +10,7 @@
 #include "mapping/views/view.h"
 #include "odometry/frontend/patch.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct PatchSearchOptions {
   int patch_px = 15;
@@ -87,4 +87,4 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
 // Counts, as a warning of a map, that poses and images do not fit.
 inline constexpr const char* kPosesDisagree = "poses_disagree";
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

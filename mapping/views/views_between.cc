@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 namespace {
 
 bool AreApart(const View& a, const View& b, const ViewSpacingOptions& options) {
@@ -190,4 +190,4 @@ std::vector<PoseJump> FindJumps(const Trajectory& trajectory) {
   return jumps;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -13,7 +13,7 @@
 #include "mapping/views/view.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline mapping {
 
 struct ViewSpacingOptions {
   bool between_keyframes = true;  // else keyframes alone
@@ -74,4 +74,4 @@ struct PoseJump {
 // Only steps of at most half a second are told from motion.
 std::vector<PoseJump> FindJumps(const Trajectory& trajectory);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline mapping

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <functional>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Map;
 using Eigen::Matrix3d;
@@ -133,4 +133,4 @@ void JacobianByBlock(const BlockKind& kind, const double* x, int rows, const dou
       Eigen::Map<const RowMajor>(by_tangent, rows, kind.tangent_size).lazyProduct(minus);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

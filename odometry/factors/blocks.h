@@ -12,7 +12,7 @@
 #include "odometry/geometry/lines.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // A pose block is (p_world_imu, q_world_imu as x y z w). Its tangent is (dp, dtheta):
 // p <- p + dp in world axes, R <- R Exp(dtheta) in body axes.
@@ -164,4 +164,4 @@ void BlockMinus(const BlockKind& kind, const double* y, const double* x, double*
 void JacobianByBlock(const BlockKind& kind, const double* x, int rows, const double* by_tangent,
                      double* by_block);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 // Odds for and against a number's being as given at which it is tied, and the tie taken off.
@@ -64,7 +64,7 @@ CalibrationBelief NominalPrior::Without(const CalibrationBelief& with) const {
 }
 
 CalibrationBelief NominalPrior::Without(const CalibrationVector& weights,
-                                           const CalibrationBelief& with) const {
+                                        const CalibrationBelief& with) const {
   if (weights.isZero(0)) return with;
   // In units of what is known, so that all numbers are alike.
   const CalibrationVector scale = with.covariance.diagonal().cwiseSqrt();
@@ -285,4 +285,4 @@ CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMat
   return out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

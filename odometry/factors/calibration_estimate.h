@@ -10,7 +10,7 @@
 #include "odometry/factors/options.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What is known of a calibration's corrections.
 struct CalibrationBelief {
@@ -113,7 +113,8 @@ class CalibrationPrior {
 };
 
 // What an estimate tells, number by number; of what was held, what was given.
-CalibrationBelief MakeBelief(const CalibrationEstimate& estimate, const CalibrationOptions& options);
+CalibrationBelief MakeBelief(const CalibrationEstimate& estimate,
+                             const CalibrationOptions& options);
 
 // What an estimate says of the cameras, as a block.
 CameraCalibrationBlock MakeCameraBlock(const CalibrationEstimate& estimate);
@@ -122,4 +123,4 @@ CameraCalibrationBlock MakeCameraBlock(const CalibrationEstimate& estimate);
 CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
                              double sigma_scale);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr int kMaxRows = 15;
@@ -99,4 +99,4 @@ void ZeroVelocityResidual::EvaluateAt(const double* const* parameters, double* r
   d.leftCols<3>() = weight_ * Eigen::Matrix3d::Identity();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

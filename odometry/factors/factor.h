@@ -9,7 +9,7 @@
 
 #include "odometry/factors/blocks.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // A whitened residual of one to five parameter blocks.
 //
@@ -99,4 +99,4 @@ class ZeroVelocityResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -5,7 +5,7 @@
 
 #include "data/core/rigid_transform.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Matrix3d;
@@ -118,8 +118,8 @@ void Preintegration::PropagateErrors(const Matrix15d& transition, const ImuSampl
     const ImuErrorPlace& place = kImuErrorPlaces[i];
     // An error acts as a bias of the other sign and of the size of what is read.
     const int bias = (place.is_accel ? kRowAccelBias : kRowGyroBias) + place.row;
-    by_errors_.col(i) -= (place.is_accel ? force_m_s2 : rate_rad_s)[place.column] *
-                         transition.col(bias).head<9>();
+    by_errors_.col(i) -=
+        (place.is_accel ? force_m_s2 : rate_rad_s)[place.column] * transition.col(bias).head<9>();
   }
 }
 
@@ -273,7 +273,8 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   const End i(parameters[0], parameters[1], parameters[4], cuts_[0]);
   const End j(parameters[2], parameters[3], parameters[4], cuts_[1]);
   const double t = preintegration_->duration_s();
-  const Preintegration::Motion measured = preintegration_->CorrectedFor(i.bg, i.ba, GetErrors(parameters[4]));
+  const Preintegration::Motion measured =
+      preintegration_->CorrectedFor(i.bg, i.ba, GetErrors(parameters[4]));
   const Matrix3d r_i_t = i.q.conjugate().toRotationMatrix();
   const Vector3d moved = r_i_t * (j.p - i.p - i.v * t - 0.5 * kGravity * t * t);
   const Vector3d gained = r_i_t * (j.v - i.v - kGravity * t);
@@ -301,9 +302,9 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   // Bias and errors turn gamma on its right by Exp(J db): carried through the logarithm.
   const Matrix3d by_gyro = by_bias.block<3, 3>(kRowRotation, kRowGyroBias);
   const auto by_errors = preintegration_->by_errors();
-  const Vector3d correction =
-      by_gyro * (i.bg - preintegration_->gyro_bias_rad_s()) +
-      by_errors.middleRows<3>(kRowRotation) * (GetErrors(parameters[4]) - preintegration_->errors());
+  const Vector3d correction = by_gyro * (i.bg - preintegration_->gyro_bias_rad_s()) +
+                              by_errors.middleRows<3>(kRowRotation) *
+                                  (GetErrors(parameters[4]) - preintegration_->errors());
   const Matrix3d by_correction =
       -jr_inverse * ExpRotation(-turned).toRotationMatrix() * RightJacobian(correction);
   by_i.by_gyro.middleRows<3>(kRowRotation) = by_correction * by_gyro;
@@ -330,4 +331,4 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   whiten(jacobians[4], by_calibration);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

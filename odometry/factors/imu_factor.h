@@ -10,7 +10,7 @@
 #include "odometry/factors/factor.h"
 #include "odometry/geometry/imu.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
 
@@ -26,9 +26,9 @@ enum PreintegrationRow {
 // The motion between two stamps, in the frame of the first, as far as the IMU alone tells it:
 // position and velocity without gravity and without the starting velocity, and the rotation.
 //
-// Readings are corrected for the IMU's linear errors first, then for its biases. Between samples they
-// are taken as linear in time; the rotation is exact to the fourth order (coning term), position and
-// velocity follow by Simpson's rule.
+// Readings are corrected for the IMU's linear errors first, then for its biases. Between samples
+// they are taken as linear in time; the rotation is exact to the fourth order (coning term),
+// position and velocity follow by Simpson's rule.
 class Preintegration {
  public:
   Preintegration(const ImuNoise& noise, const Eigen::Vector3d& gyro_bias_rad_s,
@@ -42,7 +42,8 @@ class Preintegration {
   void Repropagate(const Eigen::Vector3d& gyro_bias_rad_s, const Eigen::Vector3d& accel_bias_m_s2,
                    const ImuErrors& errors);
 
-  // Integrates other samples instead, about the same biases and errors. What CutRest() has left out stays.
+  // Integrates other samples instead, about the same biases and errors. What CutRest() has left out
+  // stays.
   void Replace(std::vector<ImuSample> samples);
 
   // Leaves out what lies between two stamps, when the rig is known to have been at rest: the
@@ -146,4 +147,4 @@ RigidTransform ImuAtCut(const RigidTransform& T_world_body, const double* speed_
 RigidTransform BodyAtExposure(const RigidTransform& T_world_imu, const double* speed_bias,
                               const double* calibration, const ImuCut& cut);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -5,7 +5,7 @@
 
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Map;
 using Eigen::Vector2d;
@@ -24,7 +24,10 @@ std::vector<BlockKind> CollectKinds(LineAxis axis, bool shares) {
 }  // namespace
 
 AlongAxisResidual::AlongAxisResidual(LineAxis axis, double sigma_rad, bool shares)
-    : Factor(2, CollectKinds(axis, shares)), axis_(axis), shares_(shares), weight_(1.0 / sigma_rad) {}
+    : Factor(2, CollectKinds(axis, shares)),
+      axis_(axis),
+      shares_(shares),
+      weight_(1.0 / sigma_rad) {}
 
 void AlongAxisResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                    double** jacobians) const {
@@ -211,4 +214,4 @@ void PointOnFreeLineResidual::EvaluateAt(const double* const* parameters, double
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

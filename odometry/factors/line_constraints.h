@@ -6,7 +6,7 @@
 #include "odometry/factors/point_residual.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Blocks: heading (but for a vertical line), shared deviation (where it has one), general line.
 // With the axes E across the line's own (see structural_line.h), the line's unit direction d and
@@ -115,4 +115,4 @@ class PointOnFreeLineResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -10,7 +10,7 @@
 #include "odometry/factors/point_residual.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // A segment on the plane z = 1 of a rectified camera, in the left and (where seen) the right one.
 struct StereoLineMeasurement {
@@ -107,4 +107,4 @@ class GeneralLineResidual final : public Factor {
   StereoLineMeasurement measurement_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

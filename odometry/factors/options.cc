@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 constexpr OptionTable kCalibration{
     Option{"time_offset", &CalibrationOptions::time_offset, false, true},
@@ -39,4 +39,4 @@ void CalibrationOptions::Read(YamlSection section) {
   kCalibration.Read(section, this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

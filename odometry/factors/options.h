@@ -3,7 +3,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What is estimated of the rig beside its motion: corrections of the calibration that was given,
 // each with the standard deviation of what was given, which is where the estimate starts.
@@ -49,4 +49,4 @@ struct CalibrationOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -1,6 +1,6 @@
 #include "odometry/factors/point_residual.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Map;
@@ -32,7 +32,7 @@ struct CameraCalibration {
 };
 
 std::array<LensMeasurement, 2> MakeLensMeasurements(const StereoMeasurement& measurement,
-                                                  const StereoGeometry& geometry) {
+                                                    const StereoGeometry& geometry) {
   std::array<LensMeasurement, 2> out;
   out[0] = {geometry, 0, measurement.left};
   if (measurement.right) out[1] = {geometry, 1, *measurement.right};
@@ -196,4 +196,4 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -8,7 +8,7 @@
 #include "odometry/factors/factor.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What all point residuals of a rig share.
 struct StereoGeometry {
@@ -116,4 +116,4 @@ class HostPointResidual final : public Factor {
   int cameras_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

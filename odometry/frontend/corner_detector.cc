@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 // Variance of a block that is constant: cut off at an end of the scale, painted or compressed. It
@@ -371,4 +371,4 @@ Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Vector2d& px) {
   return at;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

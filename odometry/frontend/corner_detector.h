@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The variance of the gradient's components (Sobel, in grey values a pixel) that is due to noise.
 // It is measured on the gradient itself, in the very image that corners are looked for in:
@@ -88,4 +88,4 @@ class CornerDetector {
 // image has 8 bit and one channel.
 Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Eigen::Vector2d& px);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -10,7 +10,7 @@
 #include "odometry/frontend/line_matcher.h"
 #include "odometry/frontend/line_segment.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr double kMaxJoinAngle_rad = 0.03;
@@ -252,4 +252,4 @@ std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& e
   return refined->segment;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The straight edges of an 8 bit image: oriented (the bright side on the left from start to end),
 // broken pieces joined, to a fraction of a pixel, longest first. Edges that leave the mask (255:
@@ -34,4 +34,4 @@ std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& e
                                       const Eigen::VectorXf& profile, double gate_px,
                                       double min_correlation);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 
 #include "odometry/frontend/line_segment.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using cv::line_descriptor::KeyLine;
@@ -363,4 +363,4 @@ std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv:
   return matches;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // One row of 32 bytes (LBD, Zhang & Koch 2013) a segment, CV_8UC1; segments are oriented and longer
 // than 10 px. Empty without segments.
@@ -66,4 +66,4 @@ std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv:
                                             const std::vector<LineSegment>& right,
                                             const LineMatcherOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

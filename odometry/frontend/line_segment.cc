@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 Eigen::Vector2d Direction(const LineSegment& segment) {
   return (segment.end - segment.start).normalized();
@@ -260,7 +260,7 @@ std::vector<EdgeProfile> ProfilesAcross(const cv::Mat& image, const LineSegment&
 // By how much the line is off the edge because of light that fades beside it: of both halves, since
 // what recedes has it more at its far end.
 Fit FitShading(const cv::Mat& image, const LineSegment& segment, const Fit& fit,
-              const std::vector<ProfileEdge>& edges, const Agreement& agreement) {
+               const std::vector<ProfileEdge>& edges, const Agreement& agreement) {
   const double first_px = agreement.first_px, last_px = agreement.last_px;
   const double middle_px = 0.5 * (first_px + last_px);
   const double near_px =
@@ -341,4 +341,4 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
   return refined;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The unit vector from start to end.
 Eigen::Vector2d Direction(const LineSegment& segment);
@@ -77,4 +77,4 @@ double MeanContrast(const cv::Mat& image, const LineSegment& segment);
 std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegment& segment,
                                             const LineRefinementOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

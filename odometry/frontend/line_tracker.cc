@@ -11,7 +11,7 @@
 #include "odometry/frontend/line_matcher.h"
 #include "odometry/frontend/line_segment.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr double kMaxAxisAngle_rad = 0.05;
@@ -49,7 +49,7 @@ double SoftLength(double length_px) {
 }  // namespace
 
 int FindAxis(const LineSegment& segment, const Camera& camera,
-           const std::vector<Eigen::Vector3d>& axes_camera) {
+             const std::vector<Eigen::Vector3d>& axes_camera) {
   const auto ray = [&](const Eigen::Vector2d& p) -> Eigen::Vector3d {
     return {(p.x() - camera.cx_px) / camera.fx_px, (p.y() - camera.cy_px) / camera.fy_px, 1};
   };
@@ -389,4 +389,4 @@ const std::vector<LineObservation>& LineTracker::observations() const {
   return impl_->observations();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

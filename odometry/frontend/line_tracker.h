@@ -14,13 +14,13 @@
 #include "odometry/frontend/options.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The axis (index into axes_camera, unit) whose vanishing point a segment of a pinhole image points
 // to, or -1. Of no concern how certain that is: it ranks what is tracked, and the LineClassifier
 // judges it later.
 int FindAxis(const LineSegment& segment, const Camera& camera,
-           const std::vector<Eigen::Vector3d>& axes_camera);
+             const std::vector<Eigen::Vector3d>& axes_camera);
 
 // The indices of at most `room` candidates that are long, lie along an axis, and are spread over
 // image and directions, given those that are `kept` already. Best first.
@@ -62,4 +62,4 @@ class LineTracker {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

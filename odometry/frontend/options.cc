@@ -5,7 +5,7 @@
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 constexpr OptionTable kRectifier{
     Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
@@ -90,4 +90,4 @@ void LineTrackerOptions::Read(YamlSection section) {
   kLineTracker.Read(section, this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -5,7 +5,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
@@ -68,4 +68,4 @@ struct LineTrackerOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

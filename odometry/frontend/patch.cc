@@ -9,7 +9,7 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr float kMinStandardDeviation = 0.7f;  // grey values; less is noise of the sensor
@@ -289,4 +289,4 @@ std::optional<RowMatch> SearchRow(const cv::Mat& left, const cv::Mat& right,
   return best;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

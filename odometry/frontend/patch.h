@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Images of halved size, the finest first. The pixel (u, v) of level n is (u, v) 2^n of level 0.
 using ImagePyramid = std::vector<cv::Mat>;  // 8 bit, one channel
@@ -78,4 +78,4 @@ struct RowMatch {
 std::optional<RowMatch> SearchRow(const cv::Mat& left, const cv::Mat& right,
                                   const Eigen::Vector2f& left_px, int max_disparity_px);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -6,7 +6,7 @@
 #include "odometry/frontend/corner_detector.h"
 #include "odometry/frontend/patch.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr double kMaxDisparity = 0.25;  // searched, of the image's width
@@ -255,4 +255,4 @@ const std::vector<PointObservation>& PointTracker::observations() const {
   return impl_->observations();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -13,7 +13,7 @@
 #include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 class PointTracker {
  public:
@@ -46,4 +46,4 @@ class PointTracker {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

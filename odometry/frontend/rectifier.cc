@@ -10,7 +10,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr int kSizeStep_px = 8;      // the pyramid halves the image without rounding
@@ -188,4 +188,4 @@ bool RepeatedImages::Repeats(const cv::Mat& image) {
   return repeats;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -8,7 +8,7 @@
 #include "odometry/frontend/options.h"
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Both rectified cameras are distortion-free pinholes of the same intrinsics and orientation, the
 // right one displaced along +x of the left, so that a point has the same row in both.
@@ -50,4 +50,4 @@ class RepeatedImages {
   cv::Mat last_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

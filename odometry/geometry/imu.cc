@@ -4,7 +4,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 auto FirstNotBefore(const std::deque<ImuSample>& samples, int64_t stamp_ns) {
@@ -80,4 +80,4 @@ void ImuBuffer::DropBefore(int64_t stamp_ns) {
   while (samples_.size() > 2 && samples_[1].stamp_ns <= stamp_ns) samples_.pop_front();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Fifteen numbers that are 0 of an IMU that reads as was given. An ideal IMU would read A a and G w
 // where it reads a (force) and w (turn rate):
@@ -18,8 +18,8 @@ namespace slcmap {
 //   A = |  m_yx    1 + s_y           |    G = |  m_yx     1 + g_y   m_yz   |
 //       |  m_zx     m_zy    1 + s_z  |        |  m_zx      m_zy    1 + g_z |
 //
-// so that the IMU's frame has the accelerometer's x axis, and its y axis in the plane of x and y, as
-// Kalibr's scale-misalignment model has it; the gyroscope may be turned in it.
+// so that the IMU's frame has the accelerometer's x axis, and its y axis in the plane of x and y,
+// as Kalibr's scale-misalignment model has it; the gyroscope may be turned in it.
 inline constexpr int kImuErrorsSize = 15;
 enum ImuErrorRow {
   kErrorAccelScale = 0,  // s_x, s_y, s_z
@@ -34,10 +34,21 @@ struct ImuErrorPlace {
   bool is_accel;
   int row, column;
 };
-inline constexpr std::array<ImuErrorPlace, kImuErrorsSize> kImuErrorPlaces{
-    {{true, 0, 0},  {true, 1, 1},  {true, 2, 2},  {true, 1, 0},  {true, 2, 0},
-     {true, 2, 1},  {false, 0, 0}, {false, 1, 1}, {false, 2, 2}, {false, 0, 1},
-     {false, 0, 2}, {false, 1, 0}, {false, 1, 2}, {false, 2, 0}, {false, 2, 1}}};
+inline constexpr std::array<ImuErrorPlace, kImuErrorsSize> kImuErrorPlaces{{{true, 0, 0},
+                                                                            {true, 1, 1},
+                                                                            {true, 2, 2},
+                                                                            {true, 1, 0},
+                                                                            {true, 2, 0},
+                                                                            {true, 2, 1},
+                                                                            {false, 0, 0},
+                                                                            {false, 1, 1},
+                                                                            {false, 2, 2},
+                                                                            {false, 0, 1},
+                                                                            {false, 0, 2},
+                                                                            {false, 1, 0},
+                                                                            {false, 1, 2},
+                                                                            {false, 2, 0},
+                                                                            {false, 2, 1}}};
 
 inline ImuCorrection MakeCorrection(const ImuErrors& errors) {
   ImuCorrection correction;
@@ -58,7 +69,7 @@ struct ImuSpread {
 
 // Of one of the samples' vectors; there must be at least one sample.
 inline ImuSpread ComputeSpread(const std::vector<ImuSample>& samples,
-                          Eigen::Vector3d ImuSample::*vector) {
+                               Eigen::Vector3d ImuSample::*vector) {
   ImuSpread out;
   for (const ImuSample& s : samples) out.mean += s.*vector;
   out.mean /= static_cast<double>(samples.size());
@@ -100,4 +111,4 @@ class ImuBuffer {
   std::deque<ImuSample> samples_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

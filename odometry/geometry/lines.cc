@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -105,4 +105,4 @@ Matrix32d AxesAcrossSlope(const double* slope) {
   return across;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -8,7 +8,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // A heading block is the angle psi (rad) by which the X axis of a Manhattan world M is turned from
 // the world's x: R_world_manhattan = Rz(psi). The paper estimates a free rotation; here M shares
@@ -115,4 +115,4 @@ struct LinePrediction {
   double sigma_px = 1;  // of its place across the line
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

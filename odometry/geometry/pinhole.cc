@@ -6,7 +6,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/rigid_transform.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Vector2d;
@@ -135,4 +135,4 @@ double RightRectification::RowsOff_px(const RightCorrection& is) const {
   return off_px;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "data/core/camera.h"
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 inline Eigen::Vector2d PlaneFromPixel(const Camera& camera, const Eigen::Vector2d& px) {
   return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
@@ -126,4 +126,4 @@ class RightRectification {
   RightCorrection correction_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

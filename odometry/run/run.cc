@@ -4,7 +4,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr std::pair<Method, const char*> kMethodNames[] = {{Method::kPointsMono, "points-mono"},
@@ -45,4 +45,4 @@ bool UsesStructure(Method method) {
   return method == Method::kStructural || method == Method::kSlc;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

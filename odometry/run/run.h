@@ -17,7 +17,7 @@
 #include "data/source/sequence_source.h"
 #include "odometry/geometry/imu.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Landmarks and sensors in use; see README.md, "Methods".
 enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
@@ -265,4 +265,4 @@ void TakeNew(const std::vector<Item>& items, size_t* mark, std::vector<Item>* ta
   *mark = items.size();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -16,7 +16,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr char kSummary[] = "run.json";
@@ -214,4 +214,4 @@ std::string RunIdIn(const std::string& folder) {
   return run.id;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

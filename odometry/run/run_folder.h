@@ -7,7 +7,7 @@
 #include "data/io/output_folder.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The names of the files of a run.
 StageFiles RunFiles();
@@ -33,4 +33,4 @@ OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& optio
 // The id of the finished run in a folder; "" where there is none that says so.
 std::string RunIdIn(const std::string& folder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

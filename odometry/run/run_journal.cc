@@ -25,7 +25,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What the journal of a run says of the run so far, and of its own files, so that damage is told
 // from what was not yet written. Include in .cc files only.
@@ -407,4 +407,4 @@ OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed) {
   return run;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

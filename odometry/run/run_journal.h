@@ -13,7 +13,7 @@
 #include "data/core/error.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Calls read(), which fills what a run can do without. Where changes are accepted, what it refuses
 // by a DataError is left out, which is said, and counted among the run's warnings.
@@ -88,4 +88,4 @@ bool HasRunJournal(const std::string& run_folder);
 // were written, unless those are accepted.
 OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed = false);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -17,7 +17,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr int kRunVersion = 6;
@@ -484,4 +484,4 @@ RunTimings ReadTimings(const std::string& path) {
   });
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "data/io/json.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // How many of each kind a run holds, by the names of run.json.
 std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& run);
@@ -48,4 +48,4 @@ Rig ReadRig(const std::string& path);
 void WriteTimings(const std::string& path, const RunTimings& timings);
 RunTimings ReadTimings(const std::string& path);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

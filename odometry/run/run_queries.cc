@@ -16,7 +16,7 @@
 #include "data/calibration/calibration.h"
 #include "odometry/run/run_rows.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr std::size_t kRecentKeyframes = 10;
@@ -168,9 +168,8 @@ bool IsFinite(const CalibrationEstimate& e) {
   if (!Within(e.right_centre_px, kMaxCentre_px)) return false;
   if (!Within(e.right_centre_sigma_px, kMaxCentre_px)) return false;
   return Within(e.imu_rotation_rad, kMaxTurn_rad) && Within(e.lever_m, kMaxLever_m) &&
-         Within(e.right_rotation_rad, kMaxTurn_rad) &&
-         e.imu_errors.allFinite() && e.imu_errors.cwiseAbs().maxCoeff() <= kMaxImuError &&
-         e.imu_errors_sigma.allFinite() &&
+         Within(e.right_rotation_rad, kMaxTurn_rad) && e.imu_errors.allFinite() &&
+         e.imu_errors.cwiseAbs().maxCoeff() <= kMaxImuError && e.imu_errors_sigma.allFinite() &&
          e.imu_errors_sigma.cwiseAbs().maxCoeff() <= kMaxCorrectionSigma &&
          std::abs(e.time_offset_s) <= kMaxTimeCorrection_s &&
          std::abs(e.focal_length) <= kMaxFocalShare;
@@ -265,4 +264,4 @@ Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstim
   return rig;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

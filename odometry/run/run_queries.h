@@ -8,7 +8,7 @@
 #include "data/io/map_line.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The standard deviation of a line across it, where that is largest, in metres.
 double LargestSigma(const Line& line);
@@ -29,7 +29,8 @@ struct LineTrackLengths {
   double mean_keyframes = 0;
   double share_over_10 = 0;  // of the lines: seen in more than ten keyframes
 };
-LineTrackLengths ComputeTrackLengths(std::vector<int> keyframes);  // of each line; of no lines: zeros
+LineTrackLengths ComputeTrackLengths(
+    std::vector<int> keyframes);  // of each line; of no lines: zeros
 LineTrackLengths MeasureLineTracks(const std::vector<Line>& lines);
 
 // What is reported of a run's points.
@@ -58,4 +59,4 @@ OdometryRun WithoutNonFinite(OdometryRun run);
 // those of calibration.h.
 Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstimate& estimate);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -11,7 +11,7 @@
 
 #include "data/core/types.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr CsvColumn Id(const char* name) { return {name, CsvColumn::Kind::kInteger, 0, kMaxId}; }
@@ -103,11 +103,11 @@ std::map<std::string, CsvColumns> MakeColumns() {
                    kMaxTurn_rad) +
            CsvColumns{Number("focal_length", kMaxFocalShare)} +
            Numbers({"right_centre_x_px", "right_centre_y_px"}, kMaxCentre_px) +
-           Numbers({"accel_scale_x", "accel_scale_y", "accel_scale_z", "accel_axes_yx",
-                    "accel_axes_zx", "accel_axes_zy", "gyro_scale_x", "gyro_scale_y",
-                    "gyro_scale_z", "gyro_axes_xy", "gyro_axes_xz", "gyro_axes_yx",
-                    "gyro_axes_yz", "gyro_axes_zx", "gyro_axes_zy"},
-                   kMaxImuError) +
+           Numbers(
+               {"accel_scale_x", "accel_scale_y", "accel_scale_z", "accel_axes_yx", "accel_axes_zx",
+                "accel_axes_zy", "gyro_scale_x", "gyro_scale_y", "gyro_scale_z", "gyro_axes_xy",
+                "gyro_axes_xz", "gyro_axes_yx", "gyro_axes_yz", "gyro_axes_zx", "gyro_axes_zy"},
+               kMaxImuError) +
            Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
                    "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
                    "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
@@ -280,13 +280,12 @@ std::string Row(const ImuSample& sample) {
 }
 
 std::string Row(const CalibrationEstimate& e) {
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns,
-                     e.segment, e.time_offset_s, Cells(e.imu_rotation_rad), Cells(e.lever_m),
-                     Cells(e.right_rotation_rad), e.focal_length, Cells(e.right_centre_px),
-                     Cells(e.imu_errors),
-                     e.time_offset_sigma_s, Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m),
-                     Cells(e.right_rotation_sigma_rad), e.focal_length_sigma,
-                     Cells(e.right_centre_sigma_px), Cells(e.imu_errors_sigma));
+  return fmt::format(
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment, e.time_offset_s,
+      Cells(e.imu_rotation_rad), Cells(e.lever_m), Cells(e.right_rotation_rad), e.focal_length,
+      Cells(e.right_centre_px), Cells(e.imu_errors), e.time_offset_sigma_s,
+      Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m), Cells(e.right_rotation_sigma_rad),
+      e.focal_length_sigma, Cells(e.right_centre_sigma_px), Cells(e.imu_errors_sigma));
 }
 
 std::set<int> CollectSegments(const OdometryRun& run) {
@@ -475,4 +474,4 @@ void ReadCalibration(const CsvTable& table, OdometryRun* run) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

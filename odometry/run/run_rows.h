@@ -11,7 +11,7 @@
 #include "data/io/csv.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What lies farther off, or is larger, is taken for damage: it is not written, and refused when
 // read.
@@ -89,4 +89,4 @@ void ReadLineMerges(const CsvTable& table, OdometryRun* run);
 void ReadImu(const CsvTable& table, OdometryRun* run);
 void ReadCalibration(const CsvTable& table, OdometryRun* run);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

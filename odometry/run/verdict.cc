@@ -10,7 +10,7 @@
 #include "data/io/yaml.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 constexpr OptionTable kVerdictLimits{Option{"doubtful", &VerdictLimits::doubtful, 0.0, 1e12},
                                      Option{"failed", &VerdictLimits::failed, 0.0, 1e12}};
@@ -311,4 +311,4 @@ Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options) {
   return verdict;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -6,7 +6,7 @@
 #include "data/io/yaml.h"
 #include "odometry/run/run.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Above them a run is doubtful, and has failed.
 struct VerdictLimits {
@@ -50,4 +50,4 @@ struct VerdictOptions {
 // earlier version, what the states say.
 Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

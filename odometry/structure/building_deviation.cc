@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr size_t kMaxSamples = 1000;  // of the newest lines, two each
@@ -32,8 +32,8 @@ BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
 //   1 / r = L_ee - 1 / t^2     y / r = L_ec c + L_ee e
 //
 // with the information L on (c, e) that is known with the tie.
-std::vector<BuildingDeviation::Sample> BuildingDeviation::CollectSamples(const LineDeviation& line,
-                                                                    double tie_sigma_rad) const {
+std::vector<BuildingDeviation::Sample> BuildingDeviation::CollectSamples(
+    const LineDeviation& line, double tie_sigma_rad) const {
   const Eigen::Vector2d own_rad = line.off_rad - line.shared_rad;
   // What the Cauchy loss leaves of the tie of a line that is far off.
   const double loss_rad2 = options_.loss_sigma * options_.loss_sigma;
@@ -123,4 +123,4 @@ void LineDeviations::Solve() {
   for (BuildingDeviation& deviation : of_) deviation.Solve();
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

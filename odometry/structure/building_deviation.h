@@ -14,7 +14,7 @@
 #include "data/core/types.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // What is known of a line's direction across its axis, about either of the axes across it.
 struct LineDeviation {
@@ -105,4 +105,4 @@ class LineDeviations {
   std::array<BuildingDeviation, 2> of_;  // of the axes, of slopes
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 // What detectors and lenses leave uncorrected, however long the segment is.
@@ -62,7 +62,7 @@ double Wrap(double angle_rad, double period_rad) {
 // Nothing for what could be vertical, for planes so level that their lines could have any heading,
 // and for short segments.
 std::optional<Vote> MakeVote(const ManhattanOptions& options, const InterpretationPlane& plane,
-                           double length_px) {
+                             double length_px) {
   if (length_px < options.min_length_px) return std::nullopt;
   const VanishingAngle to_vertical =
       AngleToVanishingPoint(plane, Eigen::Vector3d::UnitZ(), options.tilt_sigma_rad);
@@ -354,4 +354,4 @@ std::optional<LineClass> LineClassifier::Classify(
   return possible == 1 ? best : std::nullopt;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

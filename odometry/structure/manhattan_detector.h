@@ -10,7 +10,7 @@
 #include "odometry/run/run.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // All lines in space that project onto the segment lie in this plane. Of the three axes (unit, at
 // right angles, all in the frame that the plane was made in) `middle` points to the segment's
@@ -133,8 +133,8 @@ std::vector<StructuralDirection> StructuralDirections(
 // A class is given only when one direction fits and no other one could: a line that is taken for
 // another axis bends all that it touches. Two more places ask which direction a segment follows,
 // and are less strict on purpose. The votes of the ManhattanDetector are cast where no direction is
-// known yet, and many decide together. The frontend's FindAxis() only prefers segments to track; this
-// class judges them once they have been seen often enough.
+// known yet, and many decide together. The frontend's FindAxis() only prefers segments to track;
+// this class judges them once they have been seen often enough.
 class LineClassifier {
  public:
   // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
@@ -151,4 +151,4 @@ class LineClassifier {
   double end_sigma_;  // on the plane z = 1
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 constexpr OptionTable kManhattan{
     Option{"tilt_sigma_rad", &ManhattanOptions::tilt_sigma_rad, 1e-06, 0.2},
@@ -100,4 +100,4 @@ void BuildingDeviationOptions::Check() const {
 }
 void BuildingDeviationOptions::Read(YamlSection section) { kBuildingDeviation.Read(section, this); }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

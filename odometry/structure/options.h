@@ -3,7 +3,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Search for the headings of a building; see structure/manhattan_detector.h.
 struct ManhattanOptions {
@@ -128,4 +128,4 @@ struct BuildingDeviationOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 enum class Alignment { kOn, kOff, kUnclear };
@@ -22,7 +22,7 @@ SegmentOffset FindPlace(const Eigen::Vector2d& point, const LineSegment& segment
 }
 
 Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
-                      const LineSegment& segment) {
+                            const LineSegment& segment) {
   const SegmentOffset place = FindPlace(point, segment);
   if (place.beyond_px > options.max_beyond_px) return Alignment::kUnclear;
   if (place.across_px > options.min_apart_px) return Alignment::kOff;
@@ -31,7 +31,7 @@ Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const Eigen::Ve
 
 // In both images; what one of them did not see is unclear.
 Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const PointObservation& point,
-                      const LineObservation& line) {
+                            const LineObservation& line) {
   const Alignment left = ClassifyAlignment(options, point.left_px, line.left_px);
   if (!point.right_px || !line.right_px)
     return left == Alignment::kOff ? left : Alignment::kUnclear;
@@ -212,4 +212,4 @@ void PointsOnLines::MergeLine(int64_t line_id, int64_t into_line_id) {
   ReleaseLine(line_id);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -10,7 +10,7 @@
 #include "data/core/types.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 struct PointOnLine {
   int64_t point_id = 0;
@@ -61,4 +61,4 @@ class PointsOnLines {
   std::set<PointOnLine> verified_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -7,7 +7,7 @@
 
 #include "data/core/math.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Matrix2d;
@@ -47,8 +47,8 @@ int CountObjects(const std::vector<const FreeLine*>& lines, const SlopeBlock& sl
 }
 
 std::vector<const FreeLine*> FindFollowers(const SlopeOptions& options,
-                                         const std::vector<const FreeLine*>& lines,
-                                         const SlopeBlock& slope) {
+                                           const std::vector<const FreeLine*>& lines,
+                                           const SlopeBlock& slope) {
   const Vector3d direction = SlopeDirection(slope.data());
   const double least_cosine = std::cos(options.max_angle_rad);
   std::vector<const FreeLine*> followers;
@@ -62,7 +62,7 @@ std::vector<const FreeLine*> FindFollowers(const SlopeOptions& options,
 
 // The weighted mean of the directions of lines, and its standard deviation.
 double ComputeMean(const SlopeOptions& options, const std::vector<const FreeLine*>& lines,
-              SlopeBlock* slope) {
+                   SlopeBlock* slope) {
   Matrix2d information = Matrix2d::Zero();
   Vector2d sum = Vector2d::Zero();
   const Matrix2d own = options.search_sigma_rad * options.search_sigma_rad * Matrix2d::Identity();
@@ -73,8 +73,8 @@ double ComputeMean(const SlopeOptions& options, const std::vector<const FreeLine
     sum += weight * across.off_rad;
   }
   const Matrix2d covariance = information.inverse();
-  *slope =
-      MakeSlope(SlopeDirection(slope->data()) + AxesAcrossSlope(slope->data()) * (covariance * sum));
+  *slope = MakeSlope(SlopeDirection(slope->data()) +
+                     AxesAcrossSlope(slope->data()) * (covariance * sum));
   return LargestSigma(covariance);
 }
 
@@ -157,4 +157,4 @@ void SlopeDetector::Reset() {
   keyframes_ = 0;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -11,7 +11,7 @@
 #include "odometry/geometry/lines.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // A line that follows no direction of the building, as its own observations have it.
 struct FreeLine {
@@ -72,4 +72,4 @@ bool MaySlope(const SlopeOptions& options, const FreeLine& line,
               const std::vector<Eigen::Vector3d>& axes_world,
               const std::vector<SlopeBlock>& slopes);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

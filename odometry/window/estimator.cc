@@ -11,7 +11,7 @@
 #include "odometry/run/run_queries.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
@@ -517,4 +517,4 @@ OnlineState Estimator::GetState(const FrameState& frame) const {
   return state;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -19,7 +19,7 @@
 #include "odometry/window/run_monitor.h"
 #include "odometry/window/sliding_window.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Where the estimator's points come from: a tracker on images, or a simulation. With several
 // threads, Detect() runs beside LineSource::Track(); all else is called from one thread.
@@ -176,4 +176,4 @@ class Estimator {
   std::optional<StartedKeyframe> keyframe_;  // last: its end is waited for before all else goes
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "odometry/window/linear_alignment.h"
 #include "odometry/window/point_landmarks.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Quaterniond;
@@ -296,4 +296,4 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
   return result;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "odometry/window/options.h"
 #include "odometry/window/linear_alignment.h"
+#include "odometry/window/options.h"
 #include "odometry/window/sliding_window.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // How an attempt went, with its numbers against their thresholds; `report` is one line for the log.
 struct InitializationResult {
@@ -74,4 +74,4 @@ struct Flow {
 Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
                 const Eigen::Quaterniond& R_b_a = Eigen::Quaterniond::Identity());
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

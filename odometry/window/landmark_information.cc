@@ -9,7 +9,7 @@
 #include "odometry/factors/blocks.h"
 #include "odometry/factors/line_constraints.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Matrix3d;
@@ -266,4 +266,4 @@ std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const 
       equations.squared_residuals - equations.gradient.dot(step), equations.rows - kPointSize};
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

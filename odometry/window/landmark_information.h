@@ -14,7 +14,7 @@
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The whitened residual of a term at the current estimate; rows that it does not have are zero.
 Eigen::Vector4d ComputeResidual(const FixedTerm& term);
@@ -68,4 +68,4 @@ struct PointPlace {
 // to: one Gauss-Newton step from its estimate. Nothing where they do not tell.
 std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "odometry/window/line_priors.h"
 #include "odometry/window/line_triangulation.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -38,8 +38,8 @@ struct KnownPoint {
 
 // A well known point that belongs to the line, if there is one.
 std::optional<KnownPoint> FindKnownPoint(const LineLandmarkOptions& options,
-                                       const std::vector<int64_t>& members, const CostModel& model,
-                                       const WindowState& window) {
+                                         const std::vector<int64_t>& members,
+                                         const CostModel& model, const WindowState& window) {
   const double limit_m2 = options.max_member_sigma_m * options.max_member_sigma_m;
   for (const int64_t id : members) {
     const auto it = window.landmarks.find(id);
@@ -264,7 +264,8 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
       line.deviation_sigma_rad = deviations.Of(line.axis).OfNewLine(id);
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
-      line.estimated = EstimateStructural(options, memberships.CollectPoints(id), model, *window, &line);
+      line.estimated =
+          EstimateStructural(options, memberships.CollectPoints(id), model, *window, &line);
     } else if (kinds.general &&
                static_cast<int>(line.frames.size()) >= options.min_general_keyframes) {
       line.estimated = EstimateGeneral(options, model, &line);
@@ -391,4 +392,4 @@ Line Describe(const LineLandmark& line) {
   return out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -20,7 +20,7 @@
 #include "odometry/window/options.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The pose of a frame's left camera.
 RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry);
@@ -99,8 +99,7 @@ Line Describe(const LineLandmark& line);
 // `name` what the log calls one. Returns the ids of the retired lines.
 template <typename Options, typename State, typename States, typename Name>
 std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLandmark::*followed,
-                                             States* states, const Name& name,
-                                             WindowState* window) {
+                                           States* states, const Name& name, WindowState* window) {
   std::map<const State*, std::vector<LineLandmark*>> followers;
   for (auto& [id, line] : window->lines) {
     if (line.estimated && !line.retired && line.*followed)
@@ -124,4 +123,4 @@ std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLa
   return retired;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -10,7 +10,7 @@
 #include "odometry/window/line_landmarks.h"
 #include "odometry/window/line_triangulation.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using Eigen::Vector3d;
 
@@ -127,8 +127,9 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   return eigen.eigenvalues()[1] <= limit_m2 ? Membership::kHolds : Membership::kOpen;
 }
 
-std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options, const CostModel& model,
-                                         PointsOnLines* memberships, WindowState* window) {
+std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options,
+                                          const CostModel& model, PointsOnLines* memberships,
+                                          WindowState* window) {
   std::unordered_set<int64_t> misplaced;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.IsStructural()) continue;
@@ -292,4 +293,4 @@ std::vector<SlopeBlock> CollectSlopes(const WindowState& window) {
   return slopes;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -14,7 +14,7 @@
 #include "odometry/window/options.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Whether the angle between a line that may deviate and its axis or slope is larger than a limit.
 bool IsOffAxis(const LineLandmark& line, double max_deviation_rad);
@@ -61,8 +61,9 @@ bool IsAtRest(const PointPlace& place);
 //
 // A point is then in LineLandmark::points only where `memberships` has it as verified. What follows
 // keeps it so, on both sides.
-std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options, const CostModel& model,
-                                         PointsOnLines* memberships, WindowState* window);
+std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options,
+                                          const CostModel& model, PointsOnLines* memberships,
+                                          WindowState* window);
 
 // The points of a line that was merged go to the one that took it over, but for those that have
 // been refuted there.
@@ -106,4 +107,4 @@ std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowStat
 // What the angles of all slopes are, of those that were withdrawn too.
 std::vector<SlopeBlock> CollectSlopes(const WindowState& window);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "odometry/factors/blocks.h"
 #include "odometry/factors/line_residual.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Matrix2d;
@@ -29,7 +29,7 @@ struct SegmentView {
 };
 
 SegmentView MakeSegmentView(const LineSegment& segment, int camera, const StereoGeometry& geometry,
-                          const RigidTransform& T_world_imu) {
+                            const RigidTransform& T_world_imu) {
   const RigidTransform T_world_camera = T_world_imu * geometry.T_imu_camera[camera];
   const auto ray = [&](const Vector2d& end) -> Vector3d {
     return T_world_camera.rotation * geometry.OnTruePlane(camera, end).homogeneous().normalized();
@@ -38,7 +38,7 @@ SegmentView MakeSegmentView(const LineSegment& segment, int camera, const Stereo
 }
 
 std::vector<SegmentView> CollectViews(const std::vector<PosedLineObservation>& observations,
-                                 const StereoGeometry& geometry) {
+                                      const StereoGeometry& geometry) {
   std::vector<SegmentView> views;
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
@@ -265,4 +265,4 @@ std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& li
   return std::minmax({*start, *end});
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -9,7 +9,7 @@
 #include "odometry/geometry/lines.h"
 #include "odometry/window/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // One stereo pair that saw a line.
 struct PosedLineObservation {
@@ -48,4 +48,4 @@ std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& li
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

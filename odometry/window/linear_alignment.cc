@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Matrix3d;
@@ -30,8 +30,8 @@ Vector3d ComputeRay(const StereoMeasurement& measurement, const StereoGeometry& 
 }
 
 std::vector<FramePair> SelectPairs(const std::vector<std::unique_ptr<FrameState>>& frames,
-                               const StereoGeometry& geometry, const ImuNoise& noise,
-                               double apart_s) {
+                                   const StereoGeometry& geometry, const ImuNoise& noise,
+                                   double apart_s) {
   std::vector<FramePair> pairs;
   for (size_t i = 0; i < frames.size(); ++i) {
     FramePair pair{{}, {}, Preintegration(noise, Vector3d::Zero(), Vector3d::Zero())};
@@ -311,4 +311,4 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
   return out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

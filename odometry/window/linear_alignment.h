@@ -7,7 +7,7 @@
 
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The bias in rad/s with which the rotations of the gyroscope fit the left images: between two
 // frames the rays a and R b of every point and the direction of travel t lie in a plane, wherever
@@ -50,4 +50,4 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
                                              const ImuErrors& errors = ImuErrors::Zero(),
                                              double felt_gravity_m_s2 = kGravity_m_s2);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -7,7 +7,7 @@
 #include <map>
 #include <numeric>
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::MatrixXd;
@@ -330,4 +330,4 @@ Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
   return PriorFromRows(ProjectOut(all.leftCols(first), all.rightCols(all.cols() - first)), layout);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

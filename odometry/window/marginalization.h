@@ -8,7 +8,7 @@
 #include "odometry/factors/blocks.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The information on a window's state blocks, once its points are eliminated.
 struct StateInformation {
@@ -59,4 +59,4 @@ class WindowCovariance {
 Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
                   const std::vector<double*>& dropped);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -2,7 +2,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 constexpr OptionTable kPointTriangulation{
     Option{"min_parallax_rad", &PointTriangulationOptions::min_parallax_rad, 0.0, 1.0},
@@ -124,4 +124,4 @@ void LineLandmarkOptions::Read(YamlSection section) {
   kLineLandmark.Read(section, this);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

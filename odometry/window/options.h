@@ -7,7 +7,7 @@
 #include "odometry/run/run.h"
 #include "odometry/structure/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // When the place of a point is known; see window/triangulation.h.
 struct PointTriangulationOptions {
@@ -140,4 +140,4 @@ struct EstimatorOptions {
   BuildingDeviationOptions building_deviation;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -6,7 +6,7 @@
 
 #include "odometry/window/landmark_information.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Vector2d;
@@ -218,4 +218,4 @@ Landmark Describe(const PointLandmark& landmark, const CostModel& model,
   return out;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

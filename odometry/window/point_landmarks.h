@@ -11,7 +11,7 @@
 #include "odometry/window/problem.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // The inverse depth (1 / m, in the host's left camera) that fits all measurements of the landmark
 // best: linear least squares, then Gauss-Newton on the reprojections. Nothing where the rays are
@@ -52,4 +52,4 @@ int TriangulatedCount(const WindowState& window);
 Landmark Describe(const PointLandmark& landmark, const CostModel& model,
                   const WindowCovariance& window);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -7,7 +7,7 @@
 #include "odometry/factors/line_constraints.h"
 #include "odometry/factors/line_residual.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 // A window, frame or landmark of which the terms move something, or do not: one code for both.
@@ -310,4 +310,4 @@ WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window) {
   return fit;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -11,7 +11,7 @@
 #include "odometry/factors/factor.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // One term and the parameter blocks that it binds.
 template <typename Number>
@@ -115,4 +115,4 @@ struct WindowFit {
 // All but the points, which are judged where they are rejected.
 WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -1,6 +1,6 @@
 #include "odometry/window/run_monitor.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 constexpr int kRowsOfAPoint = 2;
@@ -40,4 +40,4 @@ RunFigures FigureCollector::Figures() const {
   return figures;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -13,7 +13,7 @@
 #include "odometry/run/run.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 class RunningFigure {
  public:
@@ -116,4 +116,4 @@ class StageClock {
   std::vector<StageTiming> stages_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -10,7 +10,7 @@
 #include "odometry/window/point_landmarks.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Vector3d;
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 // Biases further than this from where an interval was integrated make its correction inexact.
 constexpr double kGyroBiasMoved_rad_s = 0.005;
 constexpr double kAccelBiasMoved_m_s2 = 0.1;
-constexpr double kErrorsMoved = 0.003;  // the same of the IMU's linear errors
+constexpr double kErrorsMoved = 0.003;            // the same of the IMU's linear errors
 constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
 // One camera, whose scale comes from the IMU alone, tells no more of the rig than the time offset.
@@ -461,4 +461,4 @@ void SlidingWindow::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -16,7 +16,7 @@
 #include "odometry/window/structure.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Landmarks that are no longer known, as outliers or because they have left: their tracks must end.
 struct FinishedIds {
@@ -138,4 +138,4 @@ class SlidingWindow {
   WindowFit fit_;
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -8,7 +8,7 @@
 
 #include "odometry/factors/blocks.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Index;
@@ -413,4 +413,4 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
   return summary;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

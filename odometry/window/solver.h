@@ -10,7 +10,7 @@
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 // Turns the lower triangle of a symmetric positive definite matrix into its Cholesky factor L. Of
 // the leading blocks, of the sizes given, only those rows are worked on that are not zero: lines
@@ -124,4 +124,4 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
                     const SolverOptions& options, StateInformation* information = nullptr);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

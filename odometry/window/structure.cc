@@ -12,7 +12,7 @@
 #include "odometry/window/line_priors.h"
 #include "odometry/window/window_state.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 namespace {
 
 using Eigen::Vector3d;
@@ -316,4 +316,4 @@ void Structure::Reset() {
   merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

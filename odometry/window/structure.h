@@ -14,7 +14,7 @@
 #include "odometry/window/marginalization.h"
 #include "odometry/window/options.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 class Structure {
  public:
@@ -88,4 +88,4 @@ class Structure {
   std::unordered_set<int64_t> misplaced_;  // lines that Update() has retired
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -7,7 +7,7 @@
 
 #include "odometry/geometry/pinhole.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 ImuCut MakeCut(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns) {
   constexpr int64_t kAveraged_ns = 20'000'000;
@@ -196,4 +196,4 @@ std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera
   return lines;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

@@ -23,7 +23,7 @@
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"
 
-namespace slcmap {
+namespace slcmap::inline odometry {
 
 using PoseBlock = std::array<double, kPoseSize>;
 using SpeedBiasBlock = std::array<double, kSpeedBiasSize>;
@@ -224,4 +224,4 @@ std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const Frame
 // What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
 std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline odometry

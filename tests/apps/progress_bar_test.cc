@@ -12,9 +12,13 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/progress.h"
 
-namespace slcmap {
+namespace slcmap::inline commands {
 
 bool Interrupted() { return false; }  // stands for that of main.cc
+
+}  // namespace slcmap::inline commands
+
+namespace slcmap {
 
 namespace {
 

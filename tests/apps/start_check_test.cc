@@ -1,10 +1,14 @@
-#include "apps/commands/check.h"
-
 #include <gtest/gtest.h>
 
-namespace slcmap {
+#include "apps/commands/check.h"
+
+namespace slcmap::inline commands {
 
 bool Interrupted() { return false; }  // main.cc's, where there are signals
+
+}  // namespace slcmap::inline commands
+
+namespace slcmap {
 
 namespace {
 

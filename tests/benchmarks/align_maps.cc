@@ -53,9 +53,9 @@ int Main(char** argv) {
       "%.1f mm, contradiction %.3f, rival %.2f; %.1f s\n",
       1e3 * sum_m / static_cast<double>(second.trajectory.size()), 1e3 * most_m, 1e3 * t.x(),
       1e3 * t.y(), 1e3 * t.z(),
-      180 / std::numbers::pi * ComputeYaw(truth.Inverse() * found.T_first_second), found.surfaces_m2,
-      found.lines_m, 1e3 * found.surface_rms_m, 1e3 * found.line_rms_m, found.contradiction,
-      found.rival_share, seconds.count());
+      180 / std::numbers::pi * ComputeYaw(truth.Inverse() * found.T_first_second),
+      found.surfaces_m2, found.lines_m, 1e3 * found.surface_rms_m, 1e3 * found.line_rms_m,
+      found.contradiction, found.rival_share, seconds.count());
   return 0;
 }
 

@@ -1,8 +1,7 @@
-#include "data/calibration/camera_words.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/calibration/camera_words.h"
 #include "data/core/error.h"
 #include "tests/testing/pinhole_camera.h"
 

@@ -1,8 +1,8 @@
-#include "data/source/asl_files.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
+
+#include "data/source/asl_files.h"
 
 namespace slcmap {
 namespace {

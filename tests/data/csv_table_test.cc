@@ -1,9 +1,8 @@
-#include "data/io/csv.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
+#include "data/io/csv.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,6 +1,6 @@
-#include "data/io/yaml.h"
-
 #include <gtest/gtest.h>
+
+#include "data/io/yaml.h"
 
 namespace slcmap {
 namespace {

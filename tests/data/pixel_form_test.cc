@@ -1,10 +1,9 @@
-#include "data/io/image.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "data/io/image.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {
@@ -58,14 +57,17 @@ TEST_F(PixelFormTest, TellsAMosaicAndTakesItsMean) {
       for (int x = 0; x < gray.cols; ++x) {
         const bool green = ((x + y) % 2 == 0) == green_first;
         mosaic.at<uchar>(y, x) =
-            cv::saturate_cast<uchar>(gray.at<uchar>(y, x) * (green ? 1 : y % 2 == 0 ? 0.5 : 0.7));
+            cv::saturate_cast<uchar>(gray.at<uchar>(y, x) * (green        ? 1
+                                                             : y % 2 == 0 ? 0.5
+                                                                          : 0.7));
       }
     }
     const std::string path = Write("mosaic.png", mosaic);
     const PixelForm form = FindPixelForms({{{path}, {}}})[0];
     EXPECT_TRUE(form.mosaic);
-    EXPECT_FALSE(FindPixelForms(
-        {{{Write("plain.png", ReadGrayImage(path, {}, form).image)}, {}}})[0].mosaic);
+    EXPECT_FALSE(
+        FindPixelForms({{{Write("plain.png", ReadGrayImage(path, {}, form).image)}, {}}})[0]
+            .mosaic);
   }
 }
 
@@ -74,8 +76,8 @@ TEST_F(PixelFormTest, ReadsFilesWithBytesBehindTheirEnd) {
     const std::string path = Write(name, testing::Texture(3, 0));
     const std::string whole = testing::ReadText(path);
     const cv::Mat image = ReadGrayImage(path, {}).image;
-    for (const std::string& rest : {std::string(3, '\0'), std::string(900, '\xff'),
-                                    std::string("\xff\xd8 and more")}) {
+    for (const std::string& rest :
+         {std::string(3, '\0'), std::string(900, '\xff'), std::string("\xff\xd8 and more")}) {
       std::ofstream(path, std::ios::binary) << whole << rest;
       EXPECT_EQ(FindImageProblem(path, {}), nullptr);
       const ImageRead read = ReadGrayImage(path, {});
@@ -93,8 +95,11 @@ TEST_F(PixelFormTest, ReadsFilesWithBytesBehindTheirEnd) {
 TEST_F(PixelFormTest, TakesPixelsAsStored) {
   const std::string path = Write("a.jpg", testing::Texture(4, 0));
   const std::string whole = testing::ReadText(path);
-  const std::string exif("\xff\xe1\x00\x22" "Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01"
-                         "\0\x06\0\0\0\0\0\0", 36);
+  const std::string exif(
+      "\xff\xe1\x00\x22"
+      "Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01"
+      "\0\x06\0\0\0\0\0\0",
+      36);
   std::ofstream(path, std::ios::binary) << whole.substr(0, 2) << exif << whole.substr(2);
   Warnings warnings;
   FindPixelForms({{{path}, {}}}, &warnings);

@@ -1,10 +1,9 @@
-#include "data/core/polygon.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "data/core/error.h"
+#include "data/core/polygon.h"
 
 namespace slcmap {
 namespace {

@@ -20,8 +20,8 @@ constexpr char kRest[] = " 1 2 3 0.1 0.2 0.3 0.9273618";
 Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {},
                 bool is_of_images = true) {
   const TempFolder folder;
-  return CollectPoses(ReadPoseTable(folder.Write("poses.txt", text), form, clock, is_of_images), form,
-                 RigidTransform());
+  return CollectPoses(ReadPoseTable(folder.Write("poses.txt", text), form, clock, is_of_images),
+                      form, RigidTransform());
 }
 
 std::string Message(const std::string& text, const PoseForm& form = {}, const Clock& clock = {},

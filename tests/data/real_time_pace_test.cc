@@ -1,8 +1,8 @@
-#include "data/source/sequence_source.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
+
+#include "data/source/sequence_source.h"
 
 namespace slcmap {
 namespace {

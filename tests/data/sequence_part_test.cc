@@ -1,11 +1,10 @@
-#include "data/source/sequence.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "data/core/error.h"
+#include "data/source/sequence.h"
 
 namespace slcmap {
 namespace {

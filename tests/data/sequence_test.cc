@@ -173,8 +173,8 @@ TEST(OpenAgain, TakesThePairsThatWereMended) {
   const auto source = OpenAgain(folder.Path(), opened, "");
   const auto stamp = [](int i) { return std::to_string(ImageStamp(i)); };
   EXPECT_THAT(source->info().pair_stamps_ns,
-              ElementsAre(ImageStamp(1), ImageStamp(2), ImageStamp(3), ImageStamp(6),
-                          ImageStamp(7), ImageStamp(8), ImageStamp(9)));
+              ElementsAre(ImageStamp(1), ImageStamp(2), ImageStamp(3), ImageStamp(6), ImageStamp(7),
+                          ImageStamp(8), ImageStamp(9)));
   EXPECT_THAT(source->ImagePlace(2, 1), HasSubstr(stamp(3)));
   EXPECT_THAT(source->ImagePlace(3, 0), HasSubstr(stamp(5)));
   EXPECT_THAT(source->ImagePlace(3, 1), HasSubstr(stamp(4)));
@@ -234,9 +234,11 @@ TEST(OpenSequence, TheOtherCamerasStampsTellWhereOneIsSet) {
     return OpenSequence(folder.Path());
   };
   const size_t samples = opened({}, 0).imu.size();
-  for (const auto& [cameras, back_ns] :
-       {std::pair{std::vector{0}, 1'000'000'000LL}, {{1}, 1'000'000'000LL}, {{1}, 200'000'000LL},
-        {{0}, -3'000'000'000LL}, {{1}, -3'000'000'000LL}}) {
+  for (const auto& [cameras, back_ns] : {std::pair{std::vector{0}, 1'000'000'000LL},
+                                         {{1}, 1'000'000'000LL},
+                                         {{1}, 200'000'000LL},
+                                         {{0}, -3'000'000'000LL},
+                                         {{1}, -3'000'000'000LL}}) {
     const Sequence sequence = opened(cameras, back_ns);
     ASSERT_EQ(sequence.images.size(), 60u) << back_ns;
     for (int i = 0; i < 60; ++i) EXPECT_EQ(sequence.images[i].stamp_ns, ImageStamp(i));

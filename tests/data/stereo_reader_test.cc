@@ -1,9 +1,8 @@
-#include "data/source/asl_source.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "data/io/image.h"
+#include "data/source/asl_source.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {

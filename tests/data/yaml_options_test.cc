@@ -1,9 +1,8 @@
-#include "data/io/yaml.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
+#include "data/io/yaml.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -12,8 +11,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using testing::MessageOf;
+using ::testing::Not;
 using testing::TempFolder;
 
 TEST(YamlSection, OverridesOnlyWhatIsThere) {
@@ -59,9 +58,9 @@ TEST(YamlSection, ARetiredKeyIsTakenWithAWarning) {
   ::testing::internal::CaptureStdout();
   points.Retire("radius");
   points.Retire("width");
-  EXPECT_THAT(::testing::internal::GetCapturedStdout(),
-              AllOf(HasSubstr("a.yaml: points.radius: is no option any more"),
-                    Not(HasSubstr("width"))));
+  EXPECT_THAT(
+      ::testing::internal::GetCapturedStdout(),
+      AllOf(HasSubstr("a.yaml: points.radius: is no option any more"), Not(HasSubstr("width"))));
   points.Finish();
 }
 

@@ -1,5 +1,3 @@
-#include "export/export.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
@@ -7,6 +5,7 @@
 #include <sstream>
 
 #include "data/io/file.h"
+#include "export/export.h"
 #include "mapping/map/part_files.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/node_reader.h"

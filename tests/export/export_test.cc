@@ -58,8 +58,8 @@ std::string LogOfExport(const MapResult& map, const std::string& folder,
                         const std::vector<std::string>& formats) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
   ExportOptions options;
   options.formats = formats;
   ExportMap(map, folder, options);

@@ -1,5 +1,3 @@
-#include "export/plan/occupancy_grid.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -8,6 +6,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "export/plan/occupancy_grid.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

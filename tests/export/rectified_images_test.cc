@@ -1,5 +1,3 @@
-#include "export/sfm/model.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "data/core/error.h"
+#include "export/sfm/model.h"
 #include "export/sfm/text_models.h"
 #include "mapping/map/map.h"
 #include "tests/testing/small_sequence.h"

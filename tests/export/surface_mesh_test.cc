@@ -1,9 +1,8 @@
-#include "export/scene/meshes.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 
+#include "export/scene/meshes.h"
 #include "tests/testing/hand_made_building.h"
 
 namespace slcmap {

@@ -1,3 +1,5 @@
+#include "export/sfm/text_models.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +10,6 @@
 #include "data/io/file.h"
 #include "export/export.h"
 #include "export/sfm/model.h"
-#include "export/sfm/text_models.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

@@ -1,6 +1,6 @@
-#include "export/scene/scene.h"
-
 #include <gtest/gtest.h>
+
+#include "export/scene/scene.h"
 
 namespace slcmap {
 namespace {

@@ -2,7 +2,9 @@
 #include "data/calibration/calibration.h"
 #include "tests/fuzz/fuzz_target.h"
 
-std::vector<std::string> slcmap::fuzz::Seeds() { return CollectFiles(SLCMAP_SOURCE_DIR "/config/rigs"); }
+std::vector<std::string> slcmap::fuzz::Seeds() {
+  return CollectFiles(SLCMAP_SOURCE_DIR "/config/rigs");
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   using namespace slcmap;

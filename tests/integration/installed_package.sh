@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs a build into a folder of its own, and builds and runs against the installed files alone:
-# apps/example, and a program that includes every installed header.
+# apps/examples, and a program that includes every installed header.
 #
 #   installed_package.sh BUILD CXX
 set -euo pipefail
@@ -26,7 +26,7 @@ page=share/slcmap/page/page.html
 [ ! -e "$build/$page" ] || cmp "$build/$page" "$prefix/$page" || fail "the page is not installed"
 
 # Copied, so that nothing of the sources beside it can be found.
-cp -r "$source/apps/example" "$folder/example"
+cp -r "$source/apps/examples" "$folder/example"
 quietly cmake -S "$folder/example" -B "$folder/example/build" -G Ninja \
   -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix"
 quietly cmake --build "$folder/example/build"

@@ -1,9 +1,8 @@
-#include "mapping/map/refinement.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "mapping/map/refinement.h"
 #include "tests/testing/made_run.h"
 
 namespace slcmap {
@@ -18,7 +17,7 @@ Eigen::Vector3d Level(double angle_deg) {
 }
 
 RunLine LineAlong(int64_t id, LineAxis axis, int world, const Eigen::Vector3d& direction,
-               double length_m) {
+                  double length_m) {
   RunLine line;
   line.id = id;
   line.axis = axis;

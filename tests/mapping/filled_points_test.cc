@@ -1,7 +1,7 @@
 // What is filled is a surface as what is measured.
-#include "mapping/surfaces/bounded_plane.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/surfaces/bounded_plane.h"
 
 namespace slcmap {
 namespace {

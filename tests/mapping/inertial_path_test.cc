@@ -1,5 +1,3 @@
-#include "mapping/map/refinement.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <string>
 
 #include "data/core/rigid_transform.h"
+#include "mapping/map/refinement.h"
 
 namespace slcmap {
 namespace {

@@ -1,8 +1,7 @@
-#include "mapping/map/rays.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "mapping/map/rays.h"
 #include "tests/testing/pinhole_camera.h"
 
 namespace slcmap {

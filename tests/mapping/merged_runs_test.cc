@@ -1,5 +1,3 @@
-#include "mapping/map/part_files.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include "data/io/json.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
+#include "mapping/map/part_files.h"
 #include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"

@@ -1,11 +1,10 @@
-#include "mapping/map/rays.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "data/core/error.h"
+#include "mapping/map/rays.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

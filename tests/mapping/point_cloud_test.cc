@@ -1,5 +1,3 @@
-#include "mapping/map/landmarks.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pcl/io/pcd_io.h>
@@ -10,6 +8,7 @@
 #include <random>
 
 #include "data/core/error.h"
+#include "mapping/map/landmarks.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,6 +1,6 @@
-#include "mapping/map/landmarks.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/map/landmarks.h"
 
 namespace slcmap {
 namespace {

@@ -1,6 +1,4 @@
 // Which images saw a map's points: from the run to the map's folder and back.
-#include "mapping/map/landmarks.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +11,7 @@
 #include "data/io/file.h"
 #include "data/io/json.h"
 #include "mapping/map/evidence_files.h"
+#include "mapping/map/landmarks.h"
 #include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
@@ -58,8 +57,8 @@ TEST_F(PointObservationsTest, SayWhereEachImageShowsAPoint) {
   std::size_t landmarks = 0;
   for (const MapPoint& point : map.points) landmarks += point.landmark_ids.size();
   EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * landmarks);
-  EXPECT_TRUE(std::ranges::is_sorted(map.point_observations, {},
-                                     [](const MapPointObservation& seen) { return MakeKey(seen); }));
+  EXPECT_TRUE(std::ranges::is_sorted(
+      map.point_observations, {}, [](const MapPointObservation& seen) { return MakeKey(seen); }));
 }
 
 // They are different features, beside each other.

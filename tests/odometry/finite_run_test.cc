@@ -1,11 +1,10 @@
-#include "odometry/run/run_queries.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "odometry/run/run_queries.h"
 #include "tests/testing/made_run.h"
 
 namespace slcmap {

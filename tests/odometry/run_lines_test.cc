@@ -1,8 +1,8 @@
-#include "odometry/run/run_queries.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "odometry/run/run_queries.h"
 
 namespace slcmap {
 namespace {

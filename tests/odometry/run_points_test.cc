@@ -1,6 +1,6 @@
-#include "odometry/run/run_queries.h"
-
 #include <gtest/gtest.h>
+
+#include "odometry/run/run_queries.h"
 
 namespace slcmap {
 namespace {

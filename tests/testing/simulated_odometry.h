@@ -188,7 +188,7 @@ struct SimulatedRunOptions {
   double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
   double image_gap_from_s = 0, image_gap_to_s = 0;
   double lift_from_s = 0, lift_to_s = 0;  // the IMU feels 1 m/s^2 upwards, images do not tell it
-  double nan_from_s = 0, nan_to_s = 0;  // one point's observation is not a number
+  double nan_from_s = 0, nan_to_s = 0;    // one point's observation is not a number
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
   int tracks = 0;            // of points at once, at most; 0: as many as the tracker may have

@@ -8,7 +8,7 @@
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 constexpr int kNormalCount = 1 << 16;
@@ -127,4 +127,4 @@ cv::Mat CameraResponse::Develop(const cv::Mat& radiance, const Exposure& exposur
   return image;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -7,7 +7,7 @@
 
 #include "data/io/yaml.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Mixes all bits (the finaliser of MurmurHash3).
 inline uint32_t Mixed(uint32_t x) {
@@ -72,4 +72,4 @@ class CameraResponse {
   std::vector<uint8_t> grey_of_signal_;  // of 16 steps a grey value
 };
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

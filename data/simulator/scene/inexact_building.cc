@@ -11,7 +11,7 @@
 #include "data/io/yaml.h"
 #include "data/simulator/scene/scene_builder.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector2d;
@@ -114,7 +114,7 @@ double MaxShift(const SceneBody& body) {
 }
 
 OwnTurn DrawOwnTurn(const Scene& scene, const SceneBody& body, double amount,
-                  std::mt19937* generator) {
+                    std::mt19937* generator) {
   // All three are drawn for each body, so that one object more changes no other's kind.
   const double turn = UniformIn(-1, 1, generator);
   const double lean_x = UniformIn(-1, 1, generator), lean_y = UniformIn(-1, 1, generator);
@@ -400,4 +400,4 @@ void WriteDeviations(const std::string& folder, const Scene& scene) {
   WriteFile(folder + "/edge_deviations.csv", EdgeRows(*scene.inexact));
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -14,7 +14,7 @@
 
 #include "data/simulator/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Gives the scene its patches, moves its edges (bent ones become chains of pieces of half a metre
 // at most) and tells what it did in scene->inexact. Quads and lamps stay: light is that of the
@@ -27,4 +27,4 @@ void MakeInexact(const InexactOptions& options, Scene* scene);
 // OutputError.
 void WriteDeviations(const std::string& folder, const Scene& scene);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -11,7 +11,7 @@
 #include "data/simulator/scene/scene_builder.h"
 #include "data/simulator/scene/scene_object_reader.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 std::vector<ScenePatch> MakePatches(const std::vector<SceneQuad>& quads) {
   std::vector<ScenePatch> patches;
@@ -248,4 +248,4 @@ CameraResponseOptions ReadSceneCamera(const std::string& path) {
   return camera;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -13,7 +13,7 @@
 #include "data/io/yaml.h"
 #include "data/simulator/scene/camera_response.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // The section `inexact` of a scene.
 struct InexactOptions {
@@ -192,4 +192,4 @@ InexactOptions ReadSceneInexact(const std::string& path);
 // for the rest. Throws as above.
 CameraResponseOptions ReadSceneCamera(const std::string& path);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

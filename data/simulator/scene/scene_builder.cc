@@ -6,7 +6,7 @@
 
 #include "data/core/error.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector2d;
@@ -256,4 +256,4 @@ Scene SceneBuilder::Finish(const Progress& progress, bool fittings_apart) {
   return scene;
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

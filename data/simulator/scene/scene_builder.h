@@ -9,7 +9,7 @@
 #include "data/core/progress.h"
 #include "data/simulator/scene/scene.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // Throws ConfigError, without a place, for a surface without area and where surfaces or edges
 // become too many. All lengths in metres. Points are in the frame of the current placement; a
@@ -78,4 +78,4 @@ std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges,
 // Uniform in [low, high); the same on each machine.
 double UniformIn(double low, double high, std::mt19937* generator);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -10,7 +10,7 @@
 #include "data/simulator/scene/scene_objects.h"
 #include "data/simulator/scene/scene_walls.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Isometry3d;
@@ -448,4 +448,4 @@ void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

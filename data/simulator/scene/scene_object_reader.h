@@ -8,7 +8,7 @@
 #include "data/io/yaml.h"
 #include "data/simulator/scene/scene_builder.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 using MaterialNames = std::map<std::string, uint32_t>;  // to indices of the builder's materials
 
@@ -17,4 +17,4 @@ using MaterialNames = std::map<std::string, uint32_t>;  // to indices of the bui
 void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
                 SceneBuilder* builder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector2d;
@@ -311,4 +311,4 @@ void AddCeilingLamp(const Vector2d& size, double radiance, uint32_t lamp, uint32
   builder->AddBorder(a, u, v);
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

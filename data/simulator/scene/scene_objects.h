@@ -5,7 +5,7 @@
 
 #include "data/simulator/scene/scene_builder.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // All in the frame of the builder's placement, z up, in metres. `size` is width (x), depth (y) and
 // height (z). Standing things are centred on the origin, with it at their foot. Things at a wall
@@ -55,4 +55,4 @@ void AddStairs(int steps, double rise, double run, double width, uint32_t step, 
 void AddCeilingLamp(const Eigen::Vector2d& size, double radiance, uint32_t lamp, uint32_t housing,
                     SceneBuilder* builder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+namespace slcmap::inline data {
 namespace {
 
 using Eigen::Vector2d;
@@ -126,7 +126,7 @@ bool IsClear(const WallSpec& spec, const WallOpening& opening) {
 
 // What is true of a face as a whole.
 SceneWallFace MakeFace(const WallSpec& spec, const Segment& segment, bool front,
-                     const std::vector<int>& opening_ids) {
+                       const std::vector<int>& opening_ids) {
   constexpr double kOpen_deg = 20;
   SceneWallFace face;
   const double y = front ? 0 : -spec.thickness;
@@ -271,4 +271,4 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
   }
 }
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -5,7 +5,7 @@
 
 #include "data/simulator/scene/scene_builder.h"
 
-namespace slcmap {
+namespace slcmap::inline data {
 
 // A door or a window in a segment of a wall. Metres, degrees.
 struct WallOpening {
@@ -35,4 +35,4 @@ struct WallSpec {
 void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int wing,
              SceneBuilder* builder);
 
-}  // namespace slcmap
+}  // namespace slcmap::inline data

@@ -1,6 +1,6 @@
-#include "apps/compare/figures.h"
-
 #include <gtest/gtest.h>
+
+#include "apps/compare/figures.h"
 
 namespace slcmap {
 namespace {

@@ -1,10 +1,9 @@
-#include "apps/evaluation/trajectory_report.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "apps/evaluation/trajectory_report.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "odometry/run/run_rows.h"

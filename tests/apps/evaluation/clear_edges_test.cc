@@ -1,9 +1,8 @@
-#include "apps/evaluation/truth.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
+#include "apps/evaluation/truth.h"
 #include "data/core/error.h"
 #include "tests/testing/forward_rig.h"
 

@@ -1,9 +1,9 @@
-#include "apps/evaluation/straightness.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <random>
+
+#include "apps/evaluation/straightness.h"
 
 namespace slcmap {
 namespace {

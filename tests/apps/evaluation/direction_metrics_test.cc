@@ -1,10 +1,9 @@
-#include "apps/evaluation/edge_straightness.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "apps/evaluation/edge_straightness.h"
 #include "data/core/math.h"
 
 namespace slcmap {

@@ -1,10 +1,11 @@
 // A cloud and an occupancy map of a room of which everything is known.
+#include "apps/evaluation/surface_metrics.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/surface_metrics.h"
 #include "data/calibration/calibration.h"
 #include "data/io/ply.h"
 #include "tests/testing/forward_rig.h"

@@ -1,10 +1,9 @@
-#include "apps/evaluation/truth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "apps/evaluation/truth.h"
 #include "data/core/error.h"
 #include "data/io/ply.h"
 #include "tests/testing/temp_folder.h"

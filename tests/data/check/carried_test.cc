@@ -1,11 +1,10 @@
-#include "data/check/step_lags.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "data/calibration/mask.h"
+#include "data/check/step_lags.h"
 #include "tests/testing/memory_source.h"
 #include "tests/testing/pinhole_camera.h"
 

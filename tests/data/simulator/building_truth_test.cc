@@ -1,11 +1,10 @@
-#include "data/simulator/truth.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "data/core/error.h"
+#include "data/simulator/truth.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,7 +1,6 @@
-#include "data/simulator/renderer.h"
-
 #include <gtest/gtest.h>
 
+#include "data/simulator/renderer.h"
 #include "tests/data/simulator/small_scenes.h"
 
 namespace slcmap {

@@ -1,5 +1,3 @@
-#include "data/simulator/sequence_writer.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -9,6 +7,7 @@
 
 #include "data/core/error.h"
 #include "data/core/progress.h"
+#include "data/simulator/sequence_writer.h"
 
 namespace slcmap {
 namespace {

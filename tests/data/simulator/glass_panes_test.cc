@@ -1,8 +1,8 @@
-#include "data/simulator/ray_scene.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "data/simulator/ray_scene.h"
 
 namespace slcmap {
 namespace {

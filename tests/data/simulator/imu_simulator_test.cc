@@ -1,10 +1,9 @@
-#include "data/simulator/motion.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "data/core/error.h"
+#include "data/simulator/motion.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

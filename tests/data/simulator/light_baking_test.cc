@@ -1,10 +1,9 @@
-#include "data/simulator/shading.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "data/core/error.h"
+#include "data/simulator/shading.h"
 
 namespace slcmap {
 namespace {

@@ -1,9 +1,8 @@
-#include "data/simulator/truth.h"
-
 #include <gtest/gtest.h>
 
 #include "data/simulator/scene/scene_builder.h"
 #include "data/simulator/scene/scene_objects.h"
+#include "data/simulator/truth.h"
 #include "tests/data/simulator/small_scenes.h"
 
 namespace slcmap {

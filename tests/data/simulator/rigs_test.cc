@@ -1,5 +1,3 @@
-#include "data/simulator/simulation.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -7,6 +5,7 @@
 #include <cmath>
 
 #include "data/core/error.h"
+#include "data/simulator/simulation.h"
 
 namespace slcmap {
 namespace {

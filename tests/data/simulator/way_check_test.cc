@@ -1,9 +1,8 @@
-#include "data/simulator/ray_scene.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
+#include "data/simulator/ray_scene.h"
 #include "tests/data/simulator/small_scenes.h"
 #include "tests/testing/temp_folder.h"
 

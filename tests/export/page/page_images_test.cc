@@ -1,11 +1,10 @@
-#include "export/web/page_data.h"
-
 #include <gmock/gmock.h>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "data/core/error.h"
+#include "export/web/page_data.h"
 #include "tests/testing/forward_rig.h"
 #include "tests/testing/memory_source.h"
 

@@ -90,8 +90,7 @@ TEST_F(PlanFilesTest, TheTitleBlockSaysWhatAndWhen) {
   options.date = "May 2026";
   options.number = "A-12";
   options.north_deg = 30;
-  const std::string given =
-      ReadFile(SvgPlanWriter(options).Write(temp_.Path(""), map_, {}).at(0));
+  const std::string given = ReadFile(SvgPlanWriter(options).Write(temp_.Path(""), map_, {}).at(0));
   EXPECT_THAT(given, HasSubstr(">Annexe, May 2026<"));
   EXPECT_THAT(given, HasSubstr("drawing A-12-S0<"));
   EXPECT_THAT(given, HasSubstr("North: 30\u00b0 clockwise"));

@@ -75,12 +75,12 @@ TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
 TEST(StoreyPlanTest, ChainsAreOnAllSidesAndAboutWhereABackWasNotSeen) {
   const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
   const auto& lengths = LengthsOf(plans.storeys[0]);
-  // Below and above: the wall at the right has an assumed thickness. At the left and the right: both
-  // walls were measured on both sides.
-  EXPECT_THAT(lengths, UnorderedElementsAre("4.00", "3.00",                        // in the room
-                                            "0.20", "4.00", "~0.20", "~4.40",      //
-                                            "0.20", "4.00", "~0.20", "~4.40",      //
-                                            "0.20", "3.00", "0.20", "3.40",        //
+  // Below and above: the wall at the right has an assumed thickness. At the left and the right:
+  // both walls were measured on both sides.
+  EXPECT_THAT(lengths, UnorderedElementsAre("4.00", "3.00",                    // in the room
+                                            "0.20", "4.00", "~0.20", "~4.40",  //
+                                            "0.20", "4.00", "~0.20", "~4.40",  //
+                                            "0.20", "3.00", "0.20", "3.40",    //
                                             "0.20", "3.00", "0.20", "3.40"));
 }
 
@@ -127,8 +127,8 @@ TEST(StoreyPlanTest, ChainsHoldOnlyWallsThatAreSeenFromTheirSide) {
   const PlanSet plans = MakePlans(building, {});
   for (const Dimension& dimension : plans.storeys[0].dimensions) {
     if (dimension.offset_m == 0 || std::abs((dimension.to - dimension.from).x()) < 1e-6) continue;
-    const bool parts_at_4 = std::abs(dimension.from.x() - 4) < 0.01 ||
-                            std::abs(dimension.to.x() - 4) < 0.01;
+    const bool parts_at_4 =
+        std::abs(dimension.from.x() - 4) < 0.01 || std::abs(dimension.to.x() - 4) < 0.01;
     (dimension.from.y() < 1 ? below : above) += parts_at_4;
   }
   EXPECT_GT(below, 0);

@@ -1,8 +1,8 @@
-#include "export/plan/drawing.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "export/plan/drawing.h"
 
 namespace slcmap {
 namespace {

@@ -1,7 +1,6 @@
-#include "export/scene/building_solids.h"
-
 #include <gtest/gtest.h>
 
+#include "export/scene/building_solids.h"
 #include "tests/testing/made_building.h"
 
 namespace slcmap {

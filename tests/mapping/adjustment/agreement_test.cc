@@ -1,9 +1,9 @@
-#include "mapping/adjustment/closure.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <random>
+
+#include "mapping/adjustment/closure.h"
 
 namespace slcmap {
 namespace {

@@ -1,9 +1,9 @@
-#include "mapping/adjustment/closure_terms.h"
-
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <array>
+
+#include "mapping/adjustment/closure_terms.h"
 
 namespace slcmap {
 namespace {

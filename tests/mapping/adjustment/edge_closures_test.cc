@@ -1,11 +1,10 @@
 // Places that are recognised by the edges of the building that are seen there.
-#include "mapping/adjustment/closure.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "mapping/adjustment/adjustment_state.h"
+#include "mapping/adjustment/closure.h"
 #include "tests/testing/forward_rig.h"
 
 namespace slcmap {

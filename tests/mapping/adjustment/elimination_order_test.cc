@@ -1,5 +1,3 @@
-#include "mapping/adjustment/adjustment_problem.h"
-
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -9,6 +7,7 @@
 #include <set>
 
 #include "data/core/error.h"
+#include "mapping/adjustment/adjustment_problem.h"
 
 namespace slcmap {
 namespace {

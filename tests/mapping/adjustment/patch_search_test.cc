@@ -1,8 +1,8 @@
-#include "mapping/views/view_matches.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+
+#include "mapping/views/view_matches.h"
 
 namespace slcmap {
 namespace {

@@ -1,9 +1,8 @@
-#include "mapping/map/building.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
+#include "mapping/map/building.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

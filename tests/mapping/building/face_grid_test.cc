@@ -1,6 +1,6 @@
-#include "mapping/building/free_space.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/building/free_space.h"
 
 namespace slcmap {
 namespace {

@@ -1,10 +1,10 @@
-#include "mapping/building/wall_lines.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "mapping/building/wall_lines.h"
 
 namespace slcmap {
 namespace {
@@ -18,7 +18,8 @@ WallFace FaceAt(double y_m, double side, double from_x_m, double to_x_m) {
   WallFace wall;
   wall.face.normal = {0, side};
   wall.face.offset_m = side * y_m;
-  const double a = wall.face.MeasureAlong({from_x_m, y_m}), b = wall.face.MeasureAlong({to_x_m, y_m});
+  const double a = wall.face.MeasureAlong({from_x_m, y_m}),
+               b = wall.face.MeasureAlong({to_x_m, y_m});
   wall.face.from_m = std::min(a, b);
   wall.face.to_m = std::max(a, b);
   const auto steps = static_cast<size_t>(std::lround((to_x_m - from_x_m) / wall.step_m));

@@ -1,6 +1,6 @@
-#include "mapping/map/point_index.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/map/point_index.h"
 
 namespace slcmap {
 namespace {

@@ -1,9 +1,8 @@
-#include "mapping/dense/depth_fusion.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "mapping/dense/depth_fusion.h"
 #include "tests/mapping/dense/wall_depth.h"
 
 namespace slcmap {

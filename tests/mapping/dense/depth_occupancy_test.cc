@@ -1,12 +1,11 @@
 // Space in front of a wall, at it and behind it.
-#include "mapping/dense/dense_map.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "data/core/error.h"
+#include "mapping/dense/dense_map.h"
 #include "tests/mapping/dense/wall_depth.h"
 
 namespace slcmap {

@@ -1,9 +1,8 @@
-#include "mapping/external_poses/pose_adjustment.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
+#include "mapping/external_poses/pose_adjustment.h"
 #include "tests/testing/room_views.h"
 
 namespace slcmap {

@@ -1,7 +1,6 @@
-#include "mapping/surfaces/junctions.h"
-
 #include <gtest/gtest.h>
 
+#include "mapping/surfaces/junctions.h"
 #include "tests/mapping/junctions/room_corner.h"
 
 namespace slcmap {
@@ -58,7 +57,7 @@ TEST(PlaneJunction, EndsAtADoorway) {
 TEST(PlaneJunction, OfTwoWallsIsNoneOfADoorBesideIt) {
   Building building = testing::WallAndFloor();
   building.planes[1] = testing::MakePlane(PlaneKind::kWall, Eigen::Vector3d::UnitX(),
-                                        {{0, 0, 0}, {0, 3, 0}, {0, 3, 2.5}, {0, 0, 2.5}});
+                                          {{0, 0, 0}, {0, 3, 0}, {0, 3, 2.5}, {0, 0, 2.5}});
   PlaneOpening& door = building.planes[0].openings.emplace_back();
   door.outline_world = {{0.05, 0, 0}, {1, 0, 0}, {1, 0, 2.1}, {0.05, 0, 2.1}};
   std::vector<DensePoint> cloud;

@@ -9,7 +9,7 @@
 namespace slcmap::testing {
 
 inline BuildingPlane MakePlane(PlaneKind kind, const Eigen::Vector3d& normal,
-                             const std::vector<Eigen::Vector3d>& outline) {
+                               const std::vector<Eigen::Vector3d>& outline) {
   BuildingPlane plane;
   plane.kind = kind;
   plane.normal = normal;
@@ -23,9 +23,9 @@ inline BuildingPlane MakePlane(PlaneKind kind, const Eigen::Vector3d& normal,
 inline Building WallAndFloor() {
   Building building;
   building.planes = {MakePlane(PlaneKind::kWall, Eigen::Vector3d::UnitY(),
-                             {{0, 0, 0}, {4, 0, 0}, {4, 0, 2.5}, {0, 0, 2.5}}),
+                               {{0, 0, 0}, {4, 0, 0}, {4, 0, 2.5}, {0, 0, 2.5}}),
                      MakePlane(PlaneKind::kFloor, Eigen::Vector3d::UnitZ(),
-                             {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}})};
+                               {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}})};
   for (size_t i = 0; i < building.planes.size(); ++i) {
     building.planes[i].id = static_cast<int64_t>(i);
   }

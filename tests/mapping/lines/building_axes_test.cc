@@ -1,9 +1,9 @@
-#include "mapping/lines/line_store.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "mapping/lines/line_store.h"
 
 namespace slcmap {
 namespace {

@@ -214,7 +214,8 @@ TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
 }
 
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
-  std::vector<EdgePlace> of_two = CollectPlaces(cameras_, 0.1, 1), of_none = CollectPlaces(cameras_, 0.6, 2);
+  std::vector<EdgePlace> of_two = CollectPlaces(cameras_, 0.1, 1),
+                         of_none = CollectPlaces(cameras_, 0.6, 2);
   for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;
   const auto two = FitLine(start_, of_two, cameras_, std::nullopt, options_);
   const auto none = FitLine(start_, of_none, cameras_, std::nullopt, options_);
@@ -226,8 +227,8 @@ TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
 
 TEST_F(LineFitting, KeepsToAnAxisThatIsKnownWell) {
   const DirectionPrior prior{Eigen::Vector3d::UnitZ(), 1e-7};
-  const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()}, CollectPlaces(cameras_, 0, 1),
-                           cameras_, prior, options_);
+  const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()},
+                           CollectPlaces(cameras_, 0, 1), cameras_, prior, options_);
   ASSERT_TRUE(fit);
   EXPECT_LT(fit->line.direction_world.cross(Eigen::Vector3d::UnitZ()).norm(), 1e-4);
 }

@@ -1,10 +1,9 @@
-#include "mapping/lines/line_merging.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
+#include "mapping/lines/line_merging.h"
 #include "mapping/lines/options.h"
 #include "odometry/frontend/line_segment.h"
 #include "tests/mapping/lines/painted_wall.h"

@@ -1,6 +1,6 @@
-#include "mapping/lines/line_kinds.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/lines/line_kinds.h"
 
 namespace slcmap {
 namespace {

@@ -27,7 +27,7 @@ std::vector<BuildingAxis> WallAxes() {
 }
 
 std::vector<MapLine> CollectLines(const std::vector<WallRectangle>& rectangles,
-                             const std::vector<BuildingAxis>& axes, int views = 11) {
+                                  const std::vector<BuildingAxis>& axes, int views = 11) {
   const Views moving = MovingViews(views);
   const PaintedWall wall(moving, rectangles, kDistance_m);
   return BuildLines(moving, wall, axes, {}, {}, LineSurfaces({}), MapLineOptions()).lines;

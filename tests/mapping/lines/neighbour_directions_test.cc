@@ -1,5 +1,3 @@
-#include "mapping/lines/guided_pass.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -7,6 +5,7 @@
 #include <random>
 
 #include "data/core/error.h"
+#include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/options.h"
 

@@ -1,7 +1,6 @@
-#include "mapping/lines/line_samples.h"
-
 #include <gtest/gtest.h>
 
+#include "mapping/lines/line_samples.h"
 #include "tests/mapping/lines/painted_wall.h"
 
 namespace slcmap {

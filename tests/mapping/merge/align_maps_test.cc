@@ -17,7 +17,6 @@ using testing::ScannedAlong;
 using testing::ScannedMap;
 using testing::SceneFromText;
 
-
 // A floor and a ceiling from x, y, of a size.
 std::string Slabs(double x, double y, double width_m, double depth_m, double floor_m = 0) {
   const auto slab = [&](double z, const char* rest) {

@@ -1,6 +1,6 @@
-#include "mapping/align/line_union.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/align/line_union.h"
 
 namespace slcmap {
 namespace {

@@ -111,7 +111,8 @@ TEST(OutlinePairs, AreWhereTheImagesHaveThem) {
   const BandImages images(scene.map(), OfPipe);
   const Views views = CollectViews(scene.map());
   const Vector2d off(0.001, -0.0015);
-  const auto pairs = FindOutlinePairs({FindPlace(0.021, off)}, {views, images}, AllOf(views)).front();
+  const auto pairs =
+      FindOutlinePairs({FindPlace(0.021, off)}, {views, images}, AllOf(views)).front();
   ASSERT_EQ(pairs.size(), 2u * kViews);
   for (const OutlinePair& pair : pairs) {
     const double tenth_px_m = 0.1 * 2 / 450;
@@ -133,8 +134,9 @@ TEST(OutlinePairs, AreNoneWhereNothingIs) {
   SceneOfViews scene = ThinPipe();
   const BandImages images(scene.map(), OfPipe);
   const Views views = CollectViews(scene.map());
-  EXPECT_TRUE(
-      FindOutlinePairs({FindPlace(0.02, {0.1, 0.3})}, {views, images}, AllOf(views)).front().empty());
+  EXPECT_TRUE(FindOutlinePairs({FindPlace(0.02, {0.1, 0.3})}, {views, images}, AllOf(views))
+                  .front()
+                  .empty());
 }
 
 TEST(PipesInImages, ThinOnesAreFoundByTheirWidthInImages) {

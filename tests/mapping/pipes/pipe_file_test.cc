@@ -1,5 +1,3 @@
-#include "mapping/map/part_files.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "mapping/map/map_folder.h"
+#include "mapping/map/part_files.h"
 #include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"

@@ -1,10 +1,9 @@
-#include "mapping/pipes/outline_pairs.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
+#include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_evidence.h"
 
 namespace slcmap {
@@ -100,7 +99,8 @@ TEST(WidthEvidence, ViewsFromOneDirectionTellNothing) {
 TEST(WidthEvidence, WhatIsFlatInTheCloudIsNoPipe) {
   Cylinder cylinder;
   cylinder.radius_m = 0.1;
-  const WidthEvidence widths = CollectWidthEvidence(SelectPairs(FitCylinder(0.1, {0, 0}), 0.8), 0.1, 0.002);
+  const WidthEvidence widths =
+      CollectWidthEvidence(SelectPairs(FitCylinder(0.1, {0, 0}), 0.8), 0.1, 0.002);
   EXPECT_TRUE(IsAsWideAsAPipe(cylinder, widths, {100, 0.8, 1.0, 0.1}));
   EXPECT_FALSE(IsAsWideAsAPipe(cylinder, widths, {100, 0.05, 0.2, 0.9}));
 }

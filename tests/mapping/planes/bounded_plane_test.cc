@@ -26,7 +26,8 @@ TEST(BoundedPlanes, LeaveOutOpenings) {
   const Vector3d in_door(1.5, 3, 1), beside(3, 3, 1);
   EXPECT_FALSE(planes[0].inside(grid.FindRow(in_door), grid.FindColumn(in_door)));
   EXPECT_TRUE(planes[0].inside(grid.FindRow(beside), grid.FindColumn(beside)));
-  EXPECT_LT((grid.At(0.5 + grid.FindColumn(beside), 0.5 + grid.FindRow(beside)) - beside).norm(), 0.05);
+  EXPECT_LT((grid.At(0.5 + grid.FindColumn(beside), 0.5 + grid.FindRow(beside)) - beside).norm(),
+            0.05);
 }
 
 // A room of 4 m x 4 m around a pillar.

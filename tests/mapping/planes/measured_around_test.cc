@@ -1,7 +1,6 @@
-#include "mapping/surfaces/plane_views.h"
-
 #include <gtest/gtest.h>
 
+#include "mapping/surfaces/plane_views.h"
 #include "tests/mapping/planes/floor_grid.h"
 
 namespace slcmap {

@@ -1,7 +1,6 @@
-#include "mapping/surfaces/bounded_plane.h"
-
 #include <gtest/gtest.h>
 
+#include "mapping/surfaces/bounded_plane.h"
 #include "tests/mapping/planes/floor_grid.h"
 
 namespace slcmap {

@@ -1,9 +1,8 @@
-#include "mapping/surfaces/bounded_plane.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "mapping/surfaces/bounded_plane.h"
 #include "tests/mapping/planes/wall_with_door.h"
 
 namespace slcmap {

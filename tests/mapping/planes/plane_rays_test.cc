@@ -1,6 +1,6 @@
-#include "mapping/surfaces/plane_views.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/surfaces/plane_views.h"
 
 namespace slcmap {
 namespace {

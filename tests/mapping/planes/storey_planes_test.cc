@@ -1,6 +1,6 @@
-#include "mapping/surfaces/plane_filling.h"
-
 #include <gtest/gtest.h>
+
+#include "mapping/surfaces/plane_filling.h"
 
 namespace slcmap {
 namespace {

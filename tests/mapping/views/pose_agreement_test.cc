@@ -1,8 +1,7 @@
-#include "mapping/views/view_matches.h"
-
 #include <gtest/gtest.h>
 
 #include "mapping/lines/options.h"
+#include "mapping/views/view_matches.h"
 #include "tests/testing/room_views.h"
 
 namespace slcmap {

@@ -1,8 +1,8 @@
-#include "mapping/views/views_between.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "mapping/views/views_between.h"
 
 namespace slcmap {
 namespace {

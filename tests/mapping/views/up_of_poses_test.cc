@@ -1,9 +1,9 @@
-#include "mapping/views/views_between.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "mapping/views/views_between.h"
 
 namespace slcmap {
 namespace {

@@ -1,9 +1,9 @@
-#include "odometry/frontend/corner_detector.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
+
+#include "odometry/frontend/corner_detector.h"
 
 namespace slcmap {
 namespace {

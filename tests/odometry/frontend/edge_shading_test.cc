@@ -1,5 +1,3 @@
-#include "odometry/frontend/line_segment.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,8 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <random>
+
+#include "odometry/frontend/line_segment.h"
 
 namespace slcmap {
 namespace {

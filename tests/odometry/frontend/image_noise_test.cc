@@ -1,9 +1,8 @@
-#include "odometry/frontend/corner_detector.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "odometry/frontend/corner_detector.h"
 #include "tests/odometry/frontend/noisy_images.h"
 
 namespace slcmap {

@@ -1,8 +1,8 @@
-#include "odometry/frontend/line_segment.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "odometry/frontend/line_segment.h"
 
 namespace slcmap {
 namespace {

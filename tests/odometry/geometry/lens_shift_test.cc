@@ -1,8 +1,7 @@
-#include "odometry/geometry/pinhole.h"
-
 #include <gtest/gtest.h>
 
 #include "data/core/rigid_transform.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
@@ -65,7 +64,8 @@ TEST(LensShift, ItsGradientIsThatOfItsDifferences) {
   const Vector2d at(0.31, -0.22);
   for (int axis = 0; axis < 2; ++axis) {
     const Vector2d step = kStep * Vector2d::Unit(axis);
-    const Vector2d difference = (shift.ByFocalLength(at + step) - shift.ByFocalLength(at - step)) / (2 * kStep);
+    const Vector2d difference =
+        (shift.ByFocalLength(at + step) - shift.ByFocalLength(at - step)) / (2 * kStep);
     EXPECT_LT((shift.GradientAt(at).col(axis) - difference).norm(), 1e-6);
   }
   EXPECT_GT(shift.GradientAt(at)(0, 0), 1.1);
@@ -102,13 +102,14 @@ TEST(LensShift, OfAnIdealPinholeIsAScale) {
   const LensShift ideal;
   const Vector2d at(0.3, -0.2);
   EXPECT_EQ(ideal.ByFocalLength(at), at);
-  EXPECT_LT((LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength(at) - at).norm(),
+  EXPECT_LT((LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength(at) - at)
+                .norm(),
             1e-9);
   // Outside the image, as a pinhole that is nearly one has it.
-  EXPECT_LT(
-      (LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength({2, 2}) - Vector2d(2, 2))
-          .norm(),
-      1e-6);
+  EXPECT_LT((LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength({2, 2}) -
+             Vector2d(2, 2))
+                .norm(),
+            1e-6);
 }
 
 }  // namespace

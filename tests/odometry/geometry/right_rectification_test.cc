@@ -1,9 +1,8 @@
-#include "odometry/geometry/pinhole.h"
-
 #include <gtest/gtest.h>
 
 #include "data/core/rigid_transform.h"
 #include "odometry/frontend/rectifier.h"
+#include "odometry/geometry/pinhole.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

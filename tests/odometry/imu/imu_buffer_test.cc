@@ -1,8 +1,8 @@
-#include "odometry/geometry/imu.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "odometry/geometry/imu.h"
 
 namespace slcmap {
 namespace {

@@ -1,10 +1,9 @@
-#include "odometry/factors/imu_factor.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "data/simulator/motion.h"
+#include "odometry/factors/imu_factor.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {
@@ -79,8 +78,7 @@ TEST(Preintegration, CorrectionForErrorsMatchesIntegratingAgain) {
     sample.angular_velocity_rad_s = MakeCorrection(errors).gyro * sample.angular_velocity_rad_s;
     sample.specific_force_m_s2 = MakeCorrection(errors).accel * sample.specific_force_m_s2;
   }
-  const auto expected =
-      Integrate(ideal, flight.rig.imu_noise, 3, 3.5).CorrectedFor(none, none);
+  const auto expected = Integrate(ideal, flight.rig.imu_noise, 3, 3.5).CorrectedFor(none, none);
   EXPECT_LT((expected.position_m - again.position_m).norm(), 1e-12);
   EXPECT_LT(expected.rotation.angularDistance(again.rotation), 1e-7);
 }

@@ -1,9 +1,8 @@
-#include "odometry/factors/imu_factor.h"
-
 #include <gtest/gtest.h>
 
 #include "data/simulator/motion.h"
 #include "odometry/factors/factor.h"
+#include "odometry/factors/imu_factor.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
 #include "tests/testing/example.h"
 
@@ -24,7 +23,7 @@ Preintegration SomePreintegration() {
 }
 
 std::vector<double> SomeCalibration() {
-  return {0.04,  -0.07, 0.05,   0.03,  -0.02, 0.05,  0.02,   0.02,  -0.01,  0.015, 0.004,
+  return {0.04,   -0.07, 0.05,  0.03, -0.02, 0.05,  0.02,   0.02,  -0.01,  0.015, 0.004,
           -0.003, 0.006, -0.02, 0.01, 0.03,  0.002, -0.004, 0.005, -0.001, 0.003, -0.006};
 }
 

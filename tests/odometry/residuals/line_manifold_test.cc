@@ -1,7 +1,7 @@
-#include "odometry/factors/blocks.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "odometry/factors/blocks.h"
 
 // The header of Ceres speaks of its own names without their namespace.
 using namespace ceres;  // NOLINT

@@ -20,7 +20,8 @@ struct PointScene {
 
   PointScene() {
     const Rig rig = ExampleStereoRig();
-    geometry.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(ComputeLensShifts(rig, rig));
+    geometry.lens_shifts =
+        std::make_shared<const std::array<LensShift, 2>>(ComputeLensShifts(rig, rig));
   }
 
   Eigen::Vector3d World() const {

@@ -1,13 +1,11 @@
-#include "odometry/structure/manhattan_detector.h"
-
 #include <gtest/gtest.h>
 
 #include "data/core/math.h"
+#include "odometry/structure/manhattan_detector.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {
 namespace {
-
 
 TEST(InterpretationPlaneTest, HoldsTheSegmentAndIsOrthonormal) {
   const LineSegment segment{{-0.3, 0.1}, {0.4, 0.25}};

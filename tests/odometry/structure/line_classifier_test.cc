@@ -1,9 +1,8 @@
-#include "odometry/structure/manhattan_detector.h"
-
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "odometry/structure/manhattan_detector.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {

@@ -1,5 +1,3 @@
-#include "odometry/run/verdict.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <limits>
 
 #include "data/core/error.h"
+#include "odometry/run/verdict.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

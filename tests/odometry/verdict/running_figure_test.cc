@@ -1,8 +1,8 @@
-#include "odometry/window/run_monitor.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "odometry/window/run_monitor.h"
 
 namespace slcmap {
 namespace {

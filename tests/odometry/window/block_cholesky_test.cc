@@ -1,8 +1,8 @@
-#include "odometry/window/solver.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+
+#include "odometry/window/solver.h"
 
 namespace slcmap {
 namespace {

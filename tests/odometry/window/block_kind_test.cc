@@ -1,12 +1,11 @@
 // States of any size among the kinds of blocks: only points are eliminated.
-#include "odometry/factors/blocks.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <array>
 #include <vector>
 
+#include "odometry/factors/blocks.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/solver.h"
 

@@ -1,9 +1,9 @@
-#include "odometry/factors/calibration_estimate.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
+
+#include "odometry/factors/calibration_estimate.h"
 
 namespace slcmap {
 namespace {
@@ -47,8 +47,7 @@ CalibrationBelief AtFirst(const CalibrationOptions& options) {
 // and what they have tied is not either, since the rig may have been touched.
 TEST(NominalPrior, ALaterSegmentStartsFromWhatIsKnown) {
   const CalibrationOptions options = Options();
-  EXPECT_EQ(NominalPrior(options, Known(options, kFocalRow, -0.003, 0.0003)).weights().norm(),
-            0);
+  EXPECT_EQ(NominalPrior(options, Known(options, kFocalRow, -0.003, 0.0003)).weights().norm(), 0);
   const NominalPrior known(options, Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(known.weights()[kTimeRow], 0);
   EXPECT_GT(known.weights()[kFocalRow], 0);

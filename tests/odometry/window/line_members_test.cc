@@ -1,5 +1,3 @@
-#include "odometry/window/line_priors.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_priors.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {

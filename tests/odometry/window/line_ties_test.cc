@@ -1,9 +1,8 @@
-#include "odometry/window/line_priors.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_priors.h"
 #include "odometry/window/window_state.h"
 #include "tests/odometry/window/line_scene.h"
 

@@ -1,7 +1,6 @@
-#include "odometry/window/window_state.h"
-
 #include <gtest/gtest.h>
 
+#include "odometry/window/window_state.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {

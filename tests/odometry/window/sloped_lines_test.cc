@@ -1,11 +1,10 @@
-#include "odometry/window/line_priors.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "data/core/math.h"
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_priors.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {

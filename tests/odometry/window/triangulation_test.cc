@@ -1,7 +1,6 @@
-#include "odometry/window/point_landmarks.h"
-
 #include <gtest/gtest.h>
 
+#include "odometry/window/point_landmarks.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {
