@@ -134,7 +134,7 @@ EndsAtOnce::EndsAtOnce() {
 
 EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands
 
 int main(int argc, char** argv) {
   using namespace slcmap;

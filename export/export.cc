@@ -399,4 +399,4 @@ MapResult InFrameOfExports(const MapResult& map, const Progress& progress) {
   return turned;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -72,4 +72,4 @@ bool IsInFrameOfExports(const Building& building);
 // Throws StoppedError when progress says so.
 MapResult InFrameOfExports(const MapResult& map, const Progress& progress);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

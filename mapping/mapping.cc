@@ -29,8 +29,6 @@
 
 namespace slcmap::inline mapping {
 
-// What mapping makes of the images of views besides lines: the dense cloud and occupancy.
-
 inline constexpr const char* kDenseViewWithoutImages = "dense_views_without_images";
 
 // Sets the map's dense points, and its occupancy to what confirmed depth shows, and returns what
@@ -381,4 +379,4 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   return map;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

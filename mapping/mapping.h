@@ -1,4 +1,4 @@
-// From the keyframes and landmarks of a run to a map of the building.
+// From the keyframes and landmarks of a run, and the images of its views, to a map of the building.
 #pragma once
 
 #include "data/core/progress.h"
@@ -31,4 +31,4 @@ inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
   return BuildMap(run, nullptr, options, progress);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -352,4 +352,4 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   return {std::move(first), found};
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

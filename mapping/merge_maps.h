@@ -28,4 +28,4 @@ std::vector<std::string> CollectRuns(const MapResult& map);
 MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
                      const MappingOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -62,4 +62,4 @@ void MappingOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& part) { part.Check(); });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

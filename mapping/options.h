@@ -47,4 +47,4 @@ struct MappingOptions {
   void SetThreads(int threads);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

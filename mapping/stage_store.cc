@@ -353,4 +353,4 @@ std::optional<LineStage> UnpackLines(const std::string& bytes) {
   });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -67,4 +67,4 @@ struct LineStage {
 std::string PackLines(const LineStage& stage);
 std::optional<LineStage> UnpackLines(const std::string& bytes);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

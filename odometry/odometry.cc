@@ -331,4 +331,4 @@ OdometryRun Odometry::Run() { return impl_->Run(); }
 OdometryRun Odometry::TakeFinished() { return impl_->TakeFinished(); }
 OdometryRun Odometry::Window() { return impl_->Window(); }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

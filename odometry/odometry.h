@@ -65,4 +65,4 @@ class Odometry {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

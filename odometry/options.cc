@@ -54,4 +54,4 @@ void OdometryOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& section) { section.Check(); });
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

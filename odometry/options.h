@@ -20,4 +20,4 @@ struct OdometryOptions : EstimatorOptions {
   void Check() const;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -151,4 +151,4 @@ void RefuseFailed(const std::string& place, const OdometryRun& run) {
   throw FailedRunError(place + ": the run has failed: " + InWords(run.verdict->reasons.front()));
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

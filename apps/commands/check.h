@@ -60,4 +60,4 @@ void PrintVerdict(const Verdict& verdict);
 // the run.
 void RefuseFailed(const std::string& place, const OdometryRun& run);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -202,4 +202,4 @@ void ExpectFolder(const std::string& path, FolderKind expected) {
   if (const std::string hint = Hint(path, expected); !hint.empty()) fail("the results of run");
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

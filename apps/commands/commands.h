@@ -64,4 +64,4 @@ enum class FolderKind { kSequence, kRun, kMap };
 // says.
 void ExpectFolder(const std::string& path, FolderKind expected);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

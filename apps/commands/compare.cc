@@ -349,4 +349,4 @@ void AddCompareCommand(CLI::App& app) {
   command->callback([arguments] { Compare(*arguments); });
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -261,7 +261,7 @@ MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
   return measured;
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands
 
 extern char** environ;
 
@@ -331,4 +331,4 @@ int RunChild(const std::vector<std::string>& arguments, const std::string& log_p
   return ExitCode(status);
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

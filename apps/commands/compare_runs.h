@@ -43,4 +43,4 @@ MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
                          const std::string& sequence_name, const RunPlan& plan,
                          const Progress& progress = {});
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -409,4 +409,4 @@ void AddEvaluateCommand(CLI::App& app) {
       "MAP/occupancy.bt");
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -267,4 +267,4 @@ void RefuseAsResult(const std::string& option, const std::string& path,
   }
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -52,4 +52,4 @@ RigidTransform TrajectoryFromMap(const std::string& trajectory,
 void RefuseAsResult(const std::string& option, const std::string& path,
                     const std::vector<std::string>& inputs);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

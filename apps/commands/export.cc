@@ -292,4 +292,4 @@ std::string ReadPageTemplate() {
       path.string()));
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

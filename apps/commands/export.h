@@ -41,4 +41,4 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
 // was built without it.
 std::string ReadPageTemplate();
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -434,4 +434,4 @@ void AddMapCommand(CLI::App& app) {
   command->callback([map] { Map(*map); });
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

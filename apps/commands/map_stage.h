@@ -69,4 +69,4 @@ struct MapArguments {
 // what reading, mapping, merging and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

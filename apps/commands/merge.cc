@@ -169,4 +169,4 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
   }
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

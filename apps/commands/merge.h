@@ -28,4 +28,4 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
                      const std::string& at, const MappingOptions& options,
                      const Progress& progress);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -13,4 +13,4 @@ void AddSimulateCommand(CLI::App& app) {
   });
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -84,4 +84,4 @@ void TrajectoryStream::Write(const std::string& text) {
   }
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -55,4 +55,4 @@ class TrajectoryStream {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -447,4 +447,4 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   return run;
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -41,4 +41,4 @@ std::vector<std::string> ListInputs(const OdometryArguments& arguments);
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::function<void()>& begin = {});
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -105,4 +105,4 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
       "Play the recording at its own pace; images are skipped where newer ones are due");
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -32,4 +32,4 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form);
 // `arguments` must outlive the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

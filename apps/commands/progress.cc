@@ -117,4 +117,4 @@ ProcessCost CostSoFar() {
   return cost;
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -68,4 +68,4 @@ struct ProcessCost {
 
 ProcessCost CostSoFar();
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

@@ -156,4 +156,4 @@ void AddRunCommand(CLI::App& app) {
   command->callback([arguments] { RunAll(*arguments); });
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

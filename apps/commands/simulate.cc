@@ -190,4 +190,4 @@ void AddSimulateCommand(CLI::App& app) {
   command->callback([arguments] { RunSimulate(*arguments); });
 }
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands

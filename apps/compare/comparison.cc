@@ -287,4 +287,4 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   return notes;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -64,4 +64,4 @@ std::string ComparisonLatex(const Comparison& comparison);
 // Which measures were made without truth, and what the floor under them is, in words.
 std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -237,4 +237,4 @@ std::string ComparisonPage(const Comparison& comparison) {
   return html + "</body></html>\n";
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

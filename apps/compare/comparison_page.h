@@ -11,4 +11,4 @@ namespace slcmap::inline evaluation {
 // stage, drawn as SVG within the page.
 std::string ComparisonPage(const Comparison& comparison);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -202,4 +202,4 @@ std::string OrderInWords(const std::vector<Ranked>& methods, bool less_is_better
   return parts.empty() ? "the spread bears no order" : fmt::format("{}", fmt::join(parts, "; "));
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

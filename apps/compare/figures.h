@@ -64,4 +64,4 @@ std::optional<size_t> FindBestMethod(const std::vector<Ranked>& methods, bool le
 // before points-lines", or why there is none.
 std::string OrderInWords(const std::vector<Ranked>& methods, bool less_is_better);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

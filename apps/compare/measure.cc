@@ -433,4 +433,4 @@ SequenceResult MeasureSequence(const MeasuredSequence& sequence, const Progress&
   return SequenceMeasurer(sequence, progress).Measure();
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -45,4 +45,4 @@ std::optional<size_t> ReferenceAmong(const std::vector<MeasuredMethod>& methods)
 // Throws DataError where files cannot be read, and StoppedError when progress says so.
 SequenceResult MeasureSequence(const MeasuredSequence& sequence, const Progress& progress = {});
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

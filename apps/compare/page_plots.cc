@@ -429,4 +429,4 @@ std::string StagePlot(const SequenceResult& sequence) {
   return Svg(kWidth, y + 18, "wall time by stage", svg);
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

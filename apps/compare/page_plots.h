@@ -29,4 +29,4 @@ std::string LineMapPlot(const SequenceResult& sequence, const MethodResult& meth
 // Wall time by stage, a bar a method; "" without any.
 std::string StagePlot(const SequenceResult& sequence);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

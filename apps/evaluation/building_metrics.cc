@@ -387,4 +387,4 @@ void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
   WriteFile(path, DrawSvg(plot));
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -65,4 +65,4 @@ nlohmann::ordered_json BuildingJson(const BuildingInputs& inputs, const Building
 void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
                        const Building& building);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

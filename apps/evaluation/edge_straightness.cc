@@ -442,4 +442,4 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
   return kept;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -98,4 +98,4 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
                                        const Trajectory& trajectory,
                                        const EdgeStraightnessOptions& options);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

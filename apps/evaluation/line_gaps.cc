@@ -289,4 +289,4 @@ LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& li
   return GapCounter(truth, lines, options).Count();
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

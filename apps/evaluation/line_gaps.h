@@ -67,4 +67,4 @@ struct LineGaps {
 LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines,
                           const LineGapOptions& options = {});
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

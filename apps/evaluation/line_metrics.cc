@@ -401,4 +401,4 @@ void WriteLinePlan(const std::string& path, const TrueEdges& truth,
   WriteFile(path, DrawSvg(plot));
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -95,4 +95,4 @@ nlohmann::ordered_json LineJson(const LineInputs& inputs, const LineMetrics& met
 void WriteLinePlan(const std::string& path, const TrueEdges& truth,
                    const std::vector<MapLine>& lines);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -125,4 +125,4 @@ nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& met
           {"axis_error_median_m", metrics.axis_median_m}};
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -45,4 +45,4 @@ struct PipeInputs {
 std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics);
 nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

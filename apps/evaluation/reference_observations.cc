@@ -263,4 +263,4 @@ ReferenceObservations SeenByAll(const ReferenceObservations& observations,
   return seen;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

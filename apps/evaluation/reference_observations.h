@@ -73,4 +73,4 @@ struct PlacedInWorld {
 };
 PlacedInWorld InWorld(const Placed& place, const RigidTransform& T_world_imu);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -177,4 +177,4 @@ std::string DrawSvg(const SvgPlot& plot) {
   return svg + Legend(plot.series) + "</svg>\n";
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -60,4 +60,4 @@ struct SvgPlot {
 // those that show are drawn.
 std::string DrawSvg(const SvgPlot& plot);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

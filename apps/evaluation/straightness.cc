@@ -378,4 +378,4 @@ MapStraightness MeasureMapStraightness(const Building& building,
                       options.survey)};
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

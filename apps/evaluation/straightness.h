@@ -134,4 +134,4 @@ MapStraightness MeasureMapStraightness(const Building& building,
                                        const StraightnessOptions& options,
                                        const Progress& progress = {});
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -329,4 +329,4 @@ Json MapStraightnessJson(const MapStraightness& straightness, const Straightness
   return json;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -66,4 +66,4 @@ std::string MapStraightnessTable(const MapStraightness& straightness,
 nlohmann::ordered_json MapStraightnessJson(const MapStraightness& straightness,
                                            const StraightnessOptions& options);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -370,4 +370,4 @@ Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
   return json;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

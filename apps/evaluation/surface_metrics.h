@@ -104,4 +104,4 @@ std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metr
 nlohmann::ordered_json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
                                    const CloudMetricOptions& options);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

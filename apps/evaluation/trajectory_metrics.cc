@@ -315,4 +315,4 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
   return metrics;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

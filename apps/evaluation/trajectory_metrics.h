@@ -116,4 +116,4 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
                                      const std::vector<int64_t>& reference_stamps_ns,
                                      const TrajectoryMetricOptions& options);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

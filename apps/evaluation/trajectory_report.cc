@@ -403,4 +403,4 @@ std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
   return paths;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

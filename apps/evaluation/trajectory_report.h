@@ -66,4 +66,4 @@ std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
 std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
                                                const std::string& calibration_csv);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -421,4 +421,4 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
   return parts;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -42,7 +42,7 @@ struct EdgeRow {
   PlySegment Seen() const;
 };
 
-// Reads edges.csv as the simulator writes it (data/simulator/edge_visibility.h). Throws DataError
+// Reads edges.csv as the simulator writes it (data/simulator/renderer.h). Throws DataError
 // naming file and row.
 std::vector<EdgeRow> ReadEdgeTable(const std::string& path);
 
@@ -136,4 +136,4 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
                                     const Trajectory& truth, const Rig& rig,
                                     const ClearViewOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -428,4 +428,4 @@ std::vector<SurveyedPoints> WallsOfMap(const Building& building,
   return walls;
 }
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

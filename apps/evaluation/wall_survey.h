@@ -109,4 +109,4 @@ std::vector<SurveyedPoints> WallsOfMap(const Building& building,
                                        const std::vector<DensePoint>& cloud,
                                        const MapWallOptions& options);
 
-}  // namespace slcmap::inline evaluation
+}  // namespace slcmap::evaluation

@@ -540,4 +540,4 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
   return ReadKalibrCalibration(path, imu_path, warnings, mirrored, cameras);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -70,4 +70,4 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings,
 // the rig as a whole.
 void CheckRig(const Rig& rig, const std::string& place);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

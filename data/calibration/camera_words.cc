@@ -316,4 +316,4 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
   return best.empty() ? std::vector<size_t>{0} : best;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,4 @@
-// Cameras as calibration files write them.
+// Cameras as calibration files write them, and which are used of a rig that has more than two.
 #pragma once
 
 #include <optional>
@@ -35,8 +35,6 @@ struct CameraFault {
 };
 std::optional<Camera> GetCamera(const CameraWords& words, CameraFault* fault);
 
-// Which cameras of a rig are used, where it has more than two.
-
 // A camera of a chain as its calibration tells it.
 struct ChainCamera {
   int index = 0;  // in "cam0", "cam1", ...
@@ -53,4 +51,4 @@ struct ChainCamera {
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -175,4 +175,4 @@ void Correct(const ImuCorrection& correction, std::vector<ImuSample>* samples) {
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// A key of a calibration that cannot be used, said with its file and a remedy.
+// Linear errors of an IMU as calibrations tell them; and a key of a calibration that cannot be
+// used, said with its file and a remedy.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
@@ -26,8 +27,6 @@ inline InputFault CalibrationFault(const YamlSection& section, const std::string
                     remedy);
 }
 
-// Linear errors of an IMU as calibrations tell them.
-
 // Reads what a section of an IMU says of scale, axes and turns, in either form:
 //
 //   Kalibr    accelerometers.M, gyroscopes.M and C_gyro_i:  reading = M C_gyro_i ideal + bias
@@ -48,4 +47,4 @@ std::string KalibrImuCorrection(const ImuCorrection& correction);
 // Samples as an ideal IMU would have read them.
 void Correct(const ImuCorrection& correction, std::vector<ImuSample>* samples);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -102,4 +102,4 @@ cv::Mat MaskOfRuns(const std::vector<int>& runs, const Camera& camera, const std
   return mask;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -28,4 +28,4 @@ double LeftOut(const cv::Mat& mask);
 std::vector<int> CollectRuns(const cv::Mat& mask);
 cv::Mat MaskOfRuns(const std::vector<int>& runs, const Camera& camera, const std::string& place);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -425,4 +425,4 @@ void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& s
   CheckMotion(source, Corrected(rig, *report), samples, progress.Part(0.4, 1), report);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -72,4 +72,4 @@ void CheckClock(const SequenceSource& source, const Rig& rig, const std::vector<
 void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
                    const Progress& progress, CheckReport* report);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

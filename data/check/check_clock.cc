@@ -23,7 +23,7 @@ struct TableGap {
   double beyond_s;  // a usual step
 };
 
-std::vector<TableGap> GapsOf(const std::vector<int64_t>& stamps_ns) {
+std::vector<TableGap> FindGaps(const std::vector<int64_t>& stamps_ns) {
   std::vector<double> steps_s;
   for (size_t i = 1; i < stamps_ns.size(); ++i) {
     steps_s.push_back(ToSeconds(stamps_ns[i] - stamps_ns[i - 1]));
@@ -65,7 +65,8 @@ class ClockJudge {
   void Judge(CheckReport* report) const {
     std::vector<int64_t> sample_stamps_ns;
     for (const ImuSample& sample : samples_) sample_stamps_ns.push_back(sample.stamp_ns);
-    const std::vector<TableGap> images = GapsOf(image_stamps_ns_), imu = GapsOf(sample_stamps_ns);
+    const std::vector<TableGap> images = FindGaps(image_stamps_ns_),
+                                imu = FindGaps(sample_stamps_ns);
     for (const TableGap& gap : GapsAlone(images, imu)) JudgeGap(gap, true, report);
     for (const TableGap& gap : GapsAlone(imu, images)) JudgeGap(gap, false, report);
   }
@@ -135,4 +136,4 @@ void CheckClock(const SequenceSource& source, const Rig& rig, const std::vector<
   ClockJudge(source, rig, samples, progress).Judge(report);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -366,4 +366,4 @@ void CheckMirrored(const std::string& path, SequenceOptions options, const Progr
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -411,4 +411,4 @@ void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
   CheckGyroUnit(samples, report);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

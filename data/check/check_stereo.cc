@@ -451,4 +451,4 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
   CheckRows(source, coarse_rad, progress.Part(0.5, 1), report);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -282,4 +282,4 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
   return alignment;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

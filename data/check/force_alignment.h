@@ -34,4 +34,4 @@ struct ForceAlignment {
 ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vector<ImuSample>& imu,
                            const TurnAlignment& turns, const RigidTransform& T_imu_camera);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

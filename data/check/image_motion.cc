@@ -343,4 +343,4 @@ ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
   return motion;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

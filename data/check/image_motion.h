@@ -48,4 +48,4 @@ std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<
 ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
                          const std::vector<PairRange>& parts, const Progress& progress);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

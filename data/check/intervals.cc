@@ -340,4 +340,4 @@ Sequence SelectPairs(Sequence sequence) {
   return sequence;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -23,4 +23,4 @@ void MendIntervals(Sequence* sequence, const Progress& progress, CheckReport* re
 // Without the images that have lost their right one.
 Sequence SelectPairs(Sequence sequence);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -108,4 +108,4 @@ std::string CheckJson(const CheckReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -77,4 +77,4 @@ Rig Corrected(const Rig& rig, const CheckReport& report);
 std::string CheckTable(const CheckReport& report);  // to read
 std::string CheckJson(const CheckReport& report);   // to compute with
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

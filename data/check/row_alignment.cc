@@ -298,4 +298,4 @@ std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, siz
   return matches;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -47,4 +47,4 @@ std::vector<RayPair> MatchFinely(const SequenceSource& source, const Rig& rig, s
 std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, size_t pair,
                                int later);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -441,4 +441,4 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
       "(--mask gives another, --mask none leaves out nothing)");
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

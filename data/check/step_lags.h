@@ -1,4 +1,5 @@
-// The integral of a gyroscope's readings over time.
+// The integral of a gyroscope's readings; which right image belongs to which left one, by how both
+// cameras' images move; and what images show of the rig or of its carrier.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,9 +32,6 @@ class GyroIntegral {
   std::vector<Eigen::Vector3d> rates_, integrals_;
 };
 
-// Which right image belongs to which left one, by how both cameras' images move from each to the
-// next.
-
 // How far what is seen moves from each image to the next, in radians along the left camera's x and
 // y; nothing where it could not be followed. One less than there are pairs.
 using ImageSteps = std::vector<std::optional<Eigen::Vector2d>>;
@@ -53,8 +51,6 @@ std::vector<int> FindLags(const ImageSteps& left, const ImageSteps& right, doubl
 // by the gyroscope's steps; 0 unless another is clearly better.
 int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t end);
 
-// What images show of the rig itself, or of whoever carries it.
-
 // Masks (data/mask.h) of what stays where it is in the images while the rig turns, one a camera;
 // empty where there is nothing of this kind, or the rig turns too little to tell. Images that were
 // taken far apart in time and by the gyroscope look in other directions: where they show the same
@@ -63,4 +59,4 @@ int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t 
 std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
                                    const std::vector<ImuSample>& samples, const Progress& progress);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -456,4 +456,4 @@ TurnAlignment AlignTurns(const std::vector<ImageTurn>& turns, const std::vector<
   return Aligner(turns, imu, R_imu_camera, time_offset_s).Align();
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// Ways in which the axes of an IMU are mixed up, to be tried one after the other.
+// Aligns the turns that images show with those that a gyroscope measured: in time, and in axes,
+// which may be mixed up.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +24,6 @@ struct AxisChange {
 // All 48 changes of order and sign, the plainest first: none, one axis negated, all negated, two
 // swapped, and then the rest.
 const std::vector<AxisChange>& AxisChanges();
-
-// Aligns the turns that images show with those that a gyroscope measured: in time, and in axes.
 
 // One way to explain the images' turns by the gyroscope's: turn rate in the camera ~
 // scale * R_camera_imu * change * reading, less a bias.
@@ -77,4 +76,4 @@ std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
                                     const std::vector<ImuSample>& imu,
                                     const Eigen::Quaterniond& R_imu_camera, double time_offset_s);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -328,4 +328,4 @@ cv::Point2f LikeLeft::ToRight(const cv::Point2f& px) const {
   return (px + cv::Point2f(0.5F, 0.5F)) / scale_ - cv::Point2f(0.5F, 0.5F);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

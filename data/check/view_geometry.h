@@ -1,4 +1,5 @@
-// How a rig's cameras lie to each other.
+// How a rig's cameras lie to each other, and how a camera moved: between two images, whatever its
+// translation, or by points whose places are known.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,8 +20,6 @@ inline constexpr const char* kAgreeingMatches = "matches that agree with calibra
 inline RigidTransform LeftRight(const Rig& rig) {
   return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
 }
-
-// The rotation between two images of one camera, whatever its translation.
 
 // The unit rays of one feature in two images, each in the frame of its camera.
 struct RayPair {
@@ -52,8 +51,6 @@ struct TwoViewMotion {
 // rays agree.
 std::optional<TwoViewMotion> SolveTwoView(const std::vector<RayPair>& rays,
                                           const Eigen::Vector3d& guess);
-
-// The movement of a camera that sees points whose places are known.
 
 // A point that one stereo pair placed, and the unit ray under which the left camera saw it later.
 struct PlacedRay {
@@ -94,4 +91,4 @@ class LikeLeft {
   cv::Size scaled_, filled_;  // of right images, and of both
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

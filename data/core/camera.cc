@@ -431,4 +431,4 @@ void Camera::Check(const std::string& name) const {
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -52,4 +52,4 @@ struct Camera {
   void Check(const std::string& name) const;
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

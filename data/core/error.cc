@@ -32,4 +32,4 @@ int64_t Warnings::Count(const std::string& kind) const {
   return found == entries_.end() ? 0 : found->second.count;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// The errors that a user can cause, and that a program prints in one line.
+// The errors that a user can cause, and that a program prints in one line; and what was wrong with
+// data and survived.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +43,6 @@ class OutputError : public Error {
  public:
   using Error::Error;
 };
-
-// Bad input for which it is known what to do.
 
 // A DataError with a word for scripts (a finding's name, see data/check/report.h) and a remedy, for
 // the check of a recording to show.
@@ -104,4 +103,4 @@ inline constexpr const char* kImageWrongSize = "images_of_wrong_size";
 inline constexpr const char* kImuNoiseAssumed = "imu_noise_assumed";
 inline constexpr const char* kTimeShiftsDiffer = "camera_time_shifts_differ";
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

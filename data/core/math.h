@@ -1,4 +1,5 @@
-// Angles are radians everywhere but in files and in what people read.
+// Angles, quantiles and intervals. Angles are radians everywhere but in files and in what people
+// read; lines have no sense of direction.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,14 +13,10 @@ namespace slcmap::inline data {
 inline constexpr double kDegree = std::numbers::pi / 180;  // in radians
 inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
-// The angle between lines, which have no sense of direction.
-
 // From 0 to pi / 2, exact for small angles too. The directions may have any length.
 inline double LineAngle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
-
-// The value below which a share of others lies.
 
 // Of a normal distribution: the standard deviation over the median of absolute values.
 inline constexpr double kSigmaOfMedian = 1.4826;
@@ -51,4 +48,4 @@ inline double TotalLength_m(const std::vector<Interval>& stretches) {
   return length_m;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -13,8 +13,6 @@
 
 namespace slcmap::inline data {
 
-// GEOS behind a class. Include in .cc files only.
-
 // One context of GEOS with the geometries that were made in it.
 class Geos {
  public:
@@ -293,4 +291,4 @@ std::vector<PlanTriangle> Triangulate(const Polygon& polygon) {
   return triangles;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// Polygons of a plan, and the arrangement of its lines (GEOS). Metres, in the plane.
+// Polygons of a plan, what is left of them and their triangles, and the arrangement of a plan's
+// lines (GEOS). Metres, in the plane. Deterministic.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,9 +41,6 @@ PlanPoints Straightened(const PlanPoints& outline, double straight_m, double apa
 
 double IntersectionArea(const Polygon& a, const Polygon& b);
 
-// Areas of a plane with parts cut out, and as triangles (GEOS). Metres, in the plane.
-// Deterministic.
-
 using PlanTriangle = std::array<Eigen::Vector2d, 3>;  // counter-clockwise
 
 // A polygon without what the cuts enclose, which may touch each other and reach beyond its outline;
@@ -55,4 +53,4 @@ std::vector<Polygon> Difference(const Polygon& polygon, const std::vector<PlanPo
 // The constrained Delaunay triangulation, which adds no points. As Difference otherwise.
 std::vector<PlanTriangle> Triangulate(const Polygon& polygon);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -50,4 +50,4 @@ class Progress {
   Callback callback_;
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

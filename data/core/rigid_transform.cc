@@ -78,4 +78,4 @@ RigidTransform Interpolate(const RigidTransform& a, const RigidTransform& b, dou
   return {a.rotation.slerp(u, b.rotation), (1.0 - u) * a.translation + u * b.translation};
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

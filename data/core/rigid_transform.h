@@ -51,4 +51,4 @@ RigidTransform RigidTransformFromMatrix(const Eigen::Matrix4d& matrix, const std
 // rest.
 RigidTransform Interpolate(const RigidTransform& a, const RigidTransform& b, double u);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

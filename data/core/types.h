@@ -103,4 +103,4 @@ inline bool IsPlausible(const ImuSample& sample) {
          sample.specific_force_m_s2.norm() < kMaxAccel_m_s2;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

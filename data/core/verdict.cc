@@ -43,4 +43,4 @@ std::string InWords(const VerdictReason& reason) {
                      reason.expected, reason.remedy);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -33,4 +33,4 @@ VerdictLevel VerdictLevelFromName(const std::string& place, const std::string& n
 // A line a reason: "points-rejected: found ..., expected ...; remedy: ...".
 std::string InWords(const VerdictReason& reason);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -421,4 +421,4 @@ void TableText::RequireStamps(size_t rows, size_t kept) const {
           path_));
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,5 +1,5 @@
 // Rows of numbers in text files: comma- or blank-separated, with stamps that keep their
-// nanoseconds.
+// nanoseconds; and tables with a header row, as the run folder holds them.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +49,6 @@ void ForEachRow(const std::string& path, Handler handle) {
     from = end + 1;
   }
 }
-
-// Comma-separated tables with a header row, as the run folder holds them.
 
 // What the cells of a column may hold: a number from `least` to `most`, perhaps an integer, perhaps
 // "nan" where there is none.
@@ -148,4 +146,4 @@ class TableText {
 
 inline constexpr const char* kStampDigits = "stamps_with_lost_digits";
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

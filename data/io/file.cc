@@ -140,4 +140,4 @@ std::string EscapeMarkup(const std::string& text) {
   return escaped;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// A file of the C library that closes itself.
+// Files that are read and written whole, with errors that name the file, or part by part; paths;
+// and text as it stands in XML and HTML.
 #pragma once
 
 #include <cstdio>
@@ -34,8 +35,6 @@ class FileWriter {
   std::string path_;
   FileHandle file_;
 };
-
-// Whole files in and out, with errors that name the file.
 
 // The bytes of a file. Throws DataError when it is missing or cannot be read.
 std::string ReadFile(const std::string& path);
@@ -75,4 +74,4 @@ inline std::string PathWithin(const std::string& path, const std::string& folder
 
 std::string EscapeMarkup(const std::string& text);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

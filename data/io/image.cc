@@ -306,4 +306,4 @@ std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string
   return forms;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// One image of a sequence from its file.
+// The images of a sequence from their files, and how the pixels of a camera's files are to be read,
+// found from a sample of them.
 #pragma once
 
 #include <array>
@@ -48,8 +49,6 @@ struct DeferredImageRead {
 DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size,
                                         const PixelForm& form = {});
 
-// How the pixels of a camera's image files are to be read, found from a sample of them.
-
 // What FindPixelForms counts.
 inline constexpr const char* kImageFewBits = "images_of_fewer_bits_than_their_files";
 inline constexpr const char* kImageMosaic = "images_that_are_a_colour_mosaic";
@@ -62,4 +61,4 @@ inline constexpr const char* kImageOrientation = "images_with_an_orientation_tak
 std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
                                         Warnings* warnings = nullptr);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -94,4 +94,4 @@ std::optional<Verdict> ParseVerdict(const std::string& path, const Json& summary
                               VerdictLevelName(verdict.level)));
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

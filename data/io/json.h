@@ -1,5 +1,5 @@
-// JSON files, with errors that name the file. Include in .cc files only: the parser is a large
-// header.
+// JSON files, with errors that name the file; summaries of stages' folders; points, polygons and
+// verdicts. Include in .cc files only: the parser is a large header.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
@@ -139,8 +139,6 @@ void CheckSummary(const std::string& folder, const std::string& summary_name, co
 void CheckCount(const std::string& folder, const std::string& summary_name, const Json& summary,
                 const char* what, std::size_t found);
 
-// Points and polygons in JSON. Include in .cc files only.
-
 // To a hundredth of a millimetre: more says nothing of a building.
 inline double RoundedForJson(double value) { return std::round(value * 1e5) / 1e5; }
 
@@ -202,12 +200,10 @@ inline Polygon ParsePolygon(const std::string& place, const Json& json, double m
   return polygon;
 }
 
-// Verdicts in the summaries of stages' folders. Include in .cc files only.
-
 // {level, reasons: [{level, what, found, expected, remedy}]}; null of a run that was not judged.
 Json VerdictJson(const std::optional<Verdict>& verdict);
 
 // The key "verdict" of a summary, which may lack it. Throws DataError naming `path`.
 std::optional<Verdict> ParseVerdict(const std::string& path, const Json& summary);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

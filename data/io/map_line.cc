@@ -184,4 +184,4 @@ std::vector<TruePipe> ReadTruePipes(const std::string& path) {
   return pipes;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

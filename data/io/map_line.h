@@ -1,4 +1,5 @@
-// Lines of a building as lines.ply holds them, in run folders and in map folders.
+// Lines of a building as lines.ply holds them, in run folders and in map folders; and the pipes of
+// a simulated building: all that is round and straight.
 #pragma once
 
 #include <Eigen/Core>
@@ -57,8 +58,6 @@ void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines);
 // be.
 std::vector<MapLine> ReadMapLines(const std::string& path);
 
-// The pipes of a simulated building: all that is round and straight.
-
 // Metres from the start of an axis.
 struct SeenInterval {
   double from_m = 0, to_m = 0;
@@ -82,4 +81,4 @@ void WriteTruePipes(const std::string& path, const std::vector<TruePipe>& pipes)
 // Throws DataError naming file and row.
 std::vector<TruePipe> ReadTruePipes(const std::string& path);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

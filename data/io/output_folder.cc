@@ -379,4 +379,4 @@ InputLock::~InputLock() {
   if (lock_ >= 0) close(lock_);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// A folder that goes away again where nothing was put into it.
+// Folders that stages write results into, one process at a time, all of them or none; what a stage
+// left in one, by its summary; and folders that go away where they stay empty.
 #pragma once
 
 #include <optional>
@@ -20,8 +21,6 @@ class MadeFolder {
  private:
   std::vector<std::string> made_;  // the deepest first
 };
-
-// Tells what a stage left in a folder: by what its summary says, not by the summary's name alone.
 
 // A file that only one stage writes, and so says whose folder it is. A run that was killed has no
 // summary, but the header of its journal.
@@ -51,8 +50,6 @@ bool HasResults(const std::string& folder);
 
 // Whether it holds results of one kind, as "a run", and no damaged mark of it.
 bool HasIntactResults(const std::string& folder, const std::string& result);
-
-// A folder that a stage writes its results into: one process at a time, and all of them or none.
 
 // The files that a stage writes. The first is its summary: it is put in place last, and says which
 // stage a folder belongs to.
@@ -126,4 +123,4 @@ class InputLock {
   int lock_ = -1;
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

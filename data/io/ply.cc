@@ -452,4 +452,4 @@ std::vector<PlySegment> ReadLinesPly(const std::string& path) {
 
 PlyFile ReadPly(const std::string& path) { return Reader(path).Read(); }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

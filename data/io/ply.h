@@ -85,4 +85,4 @@ std::vector<PlySegment> ReadLinesPly(const std::string& path);
 // of scalar properties. List properties other than faces are skipped.
 PlyFile ReadPly(const std::string& path);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -54,4 +54,4 @@ Eigen::Quaterniond TurnUp(const Eigen::Vector3d& up);
 // metres: what was subtracted. Zero for those within 10 km of the origin.
 Eigen::Vector3d MoveNearOrigin(Trajectory* trajectory);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

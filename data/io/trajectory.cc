@@ -186,4 +186,4 @@ std::string UpInWords(const Eigen::Vector3d& up) {
   return fmt::format("{:.4f},{:.4f},{:.4f}", u.x(), u.y(), u.z());
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

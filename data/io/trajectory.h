@@ -1,4 +1,5 @@
-// Trajectories of the IMU body: TUM and EuRoC files in, TUM files out.
+// Trajectories of the IMU body: TUM and EuRoC files in, TUM files out; and the form in which others
+// write poses: of what, in which order, unit and world.
 #pragma once
 
 #include <optional>
@@ -39,8 +40,6 @@ void WriteTumTrajectory(const std::string& path, const Trajectory& trajectory);
 std::optional<RigidTransform> PoseAt(const Trajectory& trajectory, int64_t stamp_ns,
                                      double max_gap_s = 0.5);
 
-// The form in which others write poses: of what, in which order, unit and world.
-
 // What is done to the rows of a file so that they are poses of the IMU in metres, in a world with z
 // up, at times of the images' clock. "" is for what the file tells.
 struct PoseForm {
@@ -67,4 +66,4 @@ std::string FormatOptions(const PoseForm& form);
 // The direction as --up takes it: an axis where it is within a degree and a half of one.
 std::string UpInWords(const Eigen::Vector3d& up);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

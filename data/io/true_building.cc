@@ -125,4 +125,4 @@ TrueBuilding ReadTrueBuilding(const std::string& path) {
   });
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

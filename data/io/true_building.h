@@ -59,4 +59,4 @@ void WriteTrueBuilding(const std::string& path, const TrueBuilding& building);
 // Throws DataError naming the file and what is wrong in it.
 TrueBuilding ReadTrueBuilding(const std::string& path);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

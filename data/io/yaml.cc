@@ -280,4 +280,4 @@ ConfigError NamingFile(const std::string& path, const ConfigError& error) {
   return what.compare(0, path.size(), path) == 0 ? error : ConfigError(path + ": " + what);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

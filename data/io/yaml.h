@@ -1,4 +1,5 @@
-// What a mistyped name was probably meant to be.
+// The YAML files that configure the stages (--config): their sections, tables of options with
+// ranges, and what a mistyped name was probably meant to be.
 #pragma once
 
 #include <functional>
@@ -17,7 +18,7 @@ namespace slcmap::inline data {
 // swap with the next, upper or lower case; "" where that is more than a third of them.
 std::string DidYouMean(const std::string& found, const std::vector<std::string>& names);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data
 
 namespace YAML {
 class Node;
@@ -139,8 +140,6 @@ inline void CheckOrder(const std::string& section, const char* least_key, double
   throw ConfigError(message.str());
 }
 
-// The YAML files that configure the stages (--config).
-
 // The top-level keys that some stage reads. One file may hold those of all stages: each stage reads
 // its own and leaves the others, and what is not in this list nobody reads.
 inline constexpr const char* kConfigKeys[] = {
@@ -171,4 +170,4 @@ auto ReadConfigFile(const std::string& path, Read read) {
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

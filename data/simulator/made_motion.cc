@@ -321,4 +321,4 @@ MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
   return MotionMaker(options, rig).Make(progress);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

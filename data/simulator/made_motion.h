@@ -49,4 +49,4 @@ MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
 // of ease_s in speed. 0 before t_s = 0.
 double EasedTime(double t_s, double ease_s);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -348,4 +348,4 @@ SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& 
   return imu;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// A smooth motion with exact derivatives: what a simulated rig does.
+// A smooth motion with exact derivatives: what a simulated rig does, and what an IMU measures along
+// it.
 #pragma once
 
 #include <Eigen/Core>
@@ -82,8 +83,6 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
 
 inline constexpr double kMaxMotion_s = 4 * 3600;  // of a motion that is simulated
 
-// What an IMU measures along a motion.
-
 struct ImuSimulatorOptions {
   ImuNoise noise;
   bool with_noise = true;  // false: exact values; the initial biases below still hold, and stay
@@ -112,4 +111,4 @@ struct SimulatedImu {
 SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options,
                          const Progress& progress = {});
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

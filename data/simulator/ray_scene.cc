@@ -275,4 +275,4 @@ WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   return crossings;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

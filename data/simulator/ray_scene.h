@@ -1,4 +1,5 @@
-// The patches of a scene, ready to be hit by rays (Embree).
+// The patches of a scene, ready to be hit by rays (Embree); a camera's rays, panes of clear glass
+// in their way, and whether a rig's way stays within its building.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -78,8 +79,6 @@ inline void RayScene::Packet::Set(int lane, const Eigen::Vector3f& origin,
   rays.ray.tfar[lane] = range_m;
 }
 
-// Panes of clear glass in the way of rays.
-
 // Of light from air that meets a pane at the given cosine to its normal: the share that its two
 // faces mirror, by Fresnel's equations for unpolarised light, and glass that takes nothing away
 // (Hecht, Optics, sections 4.6 and 4.11).
@@ -156,8 +155,6 @@ class CameraRays {
   std::vector<Packet> packets_;
 };
 
-// Whether a rig's way stays within its building.
-
 // Where a way passes through surfaces.
 struct WayCrossings {
   int count = 0;
@@ -170,4 +167,4 @@ struct WayCrossings {
 // StoppedError where the task's stage ends it.
 WayCrossings CheckWay(const Scene& scene, const RenderTask& task);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -440,4 +440,4 @@ void WriteEdges(const std::string& folder, const Scene& scene, const std::vector
   WriteFile(folder + "/edges.csv", rows);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

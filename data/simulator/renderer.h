@@ -1,4 +1,5 @@
-// Which parts of the true edges the cameras of a rig saw.
+// The simulator's renderer: a scene as the cameras of a moving rig see it, and which parts of the
+// true edges they saw.
 #pragma once
 
 #include <cstdint>
@@ -64,8 +65,6 @@ class EdgeWatch {
 // has such rows for each of its straight pieces, one piece after the other. Throws OutputError.
 void WriteEdges(const std::string& folder, const Scene& scene, const std::vector<SeenPart>& seen);
 
-// The simulator's renderer: a scene as the cameras of a moving rig see it.
-
 struct RendererOptions {
   LightBakingOptions light;
   CameraResponseOptions camera;
@@ -79,4 +78,4 @@ struct RendererOptions {
 std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,
                                                 const RenderTask& task);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -270,4 +270,4 @@ void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns) cons
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// What Simulate asks of a renderer.
+// Writes a simulated sequence as a EuRoC (ASL) folder: what is asked of a renderer, and frames made
+// in several threads.
 #pragma once
 
 #include <cstdint>
@@ -50,8 +51,6 @@ struct RenderTask {
 };
 
 using PairRendererFactory = std::function<std::unique_ptr<PairRenderer>(const RenderTask&)>;
-
-// Frames of a sequence made in several threads.
 
 // Calls make(i) for i = 0, 1, ... count - 1, each from one of `threads` threads that take them up
 // in this order, and progress(frames done so far) from the calling thread as they get done; no
@@ -106,4 +105,4 @@ class SequenceWriter {
   std::string mav_folder_, truth_folder_;
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -324,4 +324,4 @@ SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& quad_rays,
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,5 +1,5 @@
-// The light that reaches each surface of a scene, computed once: lamps with their shadows, and the
-// ambient light.
+// The light that reaches each surface of a scene, computed once (lamps with their shadows, and the
+// ambient light), and the radiance of the surfaces towards a camera.
 #pragma once
 
 #include <algorithm>
@@ -135,4 +135,4 @@ inline float SurfaceShader::ComputeRadiance(const Hit& hit) const {
   return light * (surface.base + surface.gain * texel);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -390,4 +390,4 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   return end;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// The rigs and IMUs that can be simulated, and rigs that are not as their calibration says.
+// A whole simulated sequence: scene, motion and rig in, a EuRoC folder with its truth out; the rigs
+// and IMUs that can be simulated, and rigs that are not as calibrated.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +37,6 @@ ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_d
 // of 0.3 % in focal length, 1.5 px in the principal point, 0.3 degrees and 3 mm in T_imu_camera of
 // both cameras alike, and 0.05 degrees and 0.3 mm between the cameras.
 Rig Miscalibrated(const Rig& rig, double scale, uint64_t seed);
-
-// A whole simulated sequence: scene, motion and rig in, a EuRoC folder with its truth out.
 
 struct SimulationOptions {
   std::string scene;          // YAML file
@@ -84,4 +83,4 @@ using SimulationProgress = std::function<bool(const SimulationState& state)>;
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
                          const SimulationProgress& progress, const StageStarter& start_stage = {});
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -251,4 +251,4 @@ const TextureTile& TextureSet::Of(const SurfaceMaterial& material) const {
   return tiles_.at({material.texture, Variant(material)});
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -33,4 +33,4 @@ class TextureSet {
   std::map<std::pair<TextureKind, uint32_t>, TextureTile> tiles_;
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -442,4 +442,4 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
   return pipes;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

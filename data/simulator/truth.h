@@ -1,4 +1,4 @@
-// The walls and rooms of a simulated building, and what the cameras of a rig saw of them.
+// The walls, rooms and pipes of a simulated building, and what the cameras of a rig saw of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,12 +30,10 @@ TrueBuilding ObserveBuilding(const Scene& scene,
 TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const RenderTask& task,
                              int frames);
 
-// What the cameras of a rig saw of the pipes of a simulated building.
-
 // The pipes of a scene, numbered in its order, with what was seen of them from the first `frames`
 // of the task, twice a second: where the middle of a pipe, as a camera sees it, is in the image and
 // not hidden. Once the task's stop is requested, with what was seen until then.
 std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, const RenderTask& task,
                                    int frames);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

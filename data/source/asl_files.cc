@@ -429,4 +429,4 @@ void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples) {
   });
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

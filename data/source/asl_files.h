@@ -1,4 +1,5 @@
-// Where the clock of a recorder is set to another time while it records.
+// The tables of an ASL folder (EuRoC, TUM VI): image lists and IMU samples; and where the clock of
+// a recorder is set to another time while it records.
 #pragma once
 
 #include <algorithm>
@@ -115,8 +116,6 @@ void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
 // does not share.
 void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps);
 
-// The tables of an ASL folder (EuRoC, TUM VI): image lists and IMU samples.
-
 struct ImageFile {
   int64_t stamp_ns = 0;
   std::string path;
@@ -159,4 +158,4 @@ double MedianStep_s(const std::vector<Stamped>& elements) {
   return Median(std::move(steps_s));
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -230,4 +230,4 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
                                      StereoReaderOptions{.read_right = read_right});
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

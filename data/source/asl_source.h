@@ -1,4 +1,4 @@
-// Reads the images of a sequence ahead of their use, in a thread.
+// An EuRoC (ASL) or TUM VI folder as a source, whose images a thread reads ahead of their use.
 #pragma once
 
 #include <cstdint>
@@ -79,4 +79,4 @@ std::unique_ptr<SequenceSource> OpenSource(const std::string& path,
 std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
                                           const std::string& calibration, bool read_right = true);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

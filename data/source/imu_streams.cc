@@ -412,4 +412,4 @@ std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> 
   return Joined(gyro, accel, accel_hz);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// Stamps of an IMU that were given where its samples arrived, not where they were taken.
+// IMU samples whose stamps were given where they arrived, not where they were taken, and tables in
+// which gyroscope and accelerometer are streams of their own.
 #pragma once
 
 #include <Eigen/Core>
@@ -46,9 +47,6 @@ double SamplingPeriod(const std::vector<Stamp>& stamps) {
 // which no sensor keeps back: then stamps have lost digits.
 std::optional<EvenedStamps> EvenStamps(const std::vector<int64_t>& stamps_ns);
 
-// Tables of IMU samples in which gyroscope and accelerometer are streams of their own, or samples
-// come in packets.
-
 // The kinds that are counted.
 inline constexpr const char* kImuJoined = "imu_streams_joined";
 inline constexpr const char* kImuRepeated = "imu_samples_repeated";
@@ -78,4 +76,4 @@ struct ImuRow {
 std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> rows,
                                    Warnings* warnings, std::vector<ClockJump>* jumps = nullptr);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

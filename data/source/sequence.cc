@@ -444,4 +444,4 @@ void KeepPart(const SequencePart& part, Sequence* sequence) {
   });
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

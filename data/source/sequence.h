@@ -1,4 +1,5 @@
-// A recorded sequence on disk: which images and samples there are, and the rig that made them.
+// A recorded sequence on disk, or a part of it by time: which images and samples there are, and the
+// rig that made them.
 #pragma once
 
 #include <array>
@@ -63,8 +64,6 @@ std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
 // Throws ConfigError where a tolerance or an offset cannot be.
 void CheckPairing(const SequenceOptions& options);
 
-// A part of a recording, by time.
-
 // Seconds from the first image.
 struct SequencePart {
   double from_s = 0;
@@ -77,4 +76,4 @@ struct SequencePart {
 // Throws ConfigError when no image is left.
 void KeepPart(const SequencePart& part, Sequence* sequence);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

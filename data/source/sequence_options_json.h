@@ -43,4 +43,4 @@ inline SequenceOptions ParseOpened(const Json& holder) {
   return opened;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -78,4 +78,4 @@ RealTimePace::Clock SteadyClock(std::function<bool()> ends_early) {
   return {SteadyNow_ns, sleep_until_ns};
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

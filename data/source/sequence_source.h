@@ -1,4 +1,5 @@
-// How a recording is opened: of a run and a map too, whose images are opened again.
+// A recorded sequence, wherever it is kept, as odometry is fed from it and the check looks at it:
+// how it is opened (by a map again), and how it is played at its own pace.
 #pragma once
 
 #include <array>
@@ -35,8 +36,6 @@ struct SequenceOptions {
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
   std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
 };
-
-// A recorded sequence, wherever it is kept: what odometry is fed from and what the check looks at.
 
 // A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
 // looks at the right image on keyframes only.
@@ -107,8 +106,6 @@ inline std::vector<ImuSample> AllSamples(SequenceSource* source) {
   return samples;
 }
 
-// Plays a recording at its own pace.
-
 // How a recording was kept up with.
 struct RealTimeReport {
   int64_t skipped_images = 0;                     // because newer ones were due already
@@ -160,4 +157,4 @@ class RealTimePace {
 // The steady clock, whose sleep looks after at most 50 ms whether it is to end early.
 RealTimePace::Clock SteadyClock(std::function<bool()> ends_early);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

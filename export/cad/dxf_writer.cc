@@ -483,4 +483,4 @@ std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapRe
   return paths;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -90,4 +90,4 @@ class DxfWriter : public MapWriter {
   double max_jump_s_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -330,4 +330,4 @@ int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructur
   return left_out;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

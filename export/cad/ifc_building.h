@@ -60,4 +60,4 @@ void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* fi
 int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

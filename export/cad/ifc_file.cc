@@ -375,4 +375,4 @@ std::string IfcFile::Area(const char* name, double area_m2) {
              {StepText(name), kStepUnset, kStepUnset, StepReal(area_m2), kStepUnset});
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -144,4 +144,4 @@ class IfcFile {
   std::string owner_, units_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -237,4 +237,4 @@ std::vector<std::string> IfcWriter::Write(const std::string& folder, const MapRe
   return {path};
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -33,4 +33,4 @@ class IfcWriter : public MapWriter {
   IfcOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

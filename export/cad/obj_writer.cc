@@ -149,4 +149,4 @@ std::vector<std::string> ObjWriter::Write(const std::string& folder, const MapRe
   return {path, materials};
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -31,4 +31,4 @@ class ObjWriter : public MapWriter {
   ObjOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -398,4 +398,4 @@ std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Po
   return dimensions;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

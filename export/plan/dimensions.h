@@ -77,4 +77,4 @@ std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::Aligne
 std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
                                    const PlanTextSizes& sizes);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

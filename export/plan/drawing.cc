@@ -108,4 +108,4 @@ bool TakenPlaces::IsAtWall(const Vector2d& point, double reach) const {
   return !IsFree(walls_, {point, {reach, reach}, 0});
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -131,4 +131,4 @@ class TakenPlaces {
   std::vector<Box> texts_, lines_, walls_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -151,4 +151,4 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
   return paths;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -30,4 +30,4 @@ class GridWriter : public MapWriter {
   GridOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

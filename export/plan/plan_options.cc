@@ -24,4 +24,4 @@ void PlanOptions::Check() const {
   CheckSections(*this);
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

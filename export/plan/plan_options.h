@@ -24,4 +24,4 @@ struct PlanOptions {
   void Check() const;  // throws ConfigError
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -239,4 +239,4 @@ std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const M
   return paths;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

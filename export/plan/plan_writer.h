@@ -40,4 +40,4 @@ class PdfPlanWriter : public MapWriter {
   PlanOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -368,4 +368,4 @@ std::vector<DrawnPath> SeenParts(const std::vector<ViewedLine>& lines,
   return std::move(pieces).Joined();
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -108,4 +108,4 @@ std::vector<DrawnPath> SeenParts(const std::vector<ViewedLine>& lines,
                                  const std::vector<Screen>& screens,
                                  const Eigen::AlignedBox3d& window);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

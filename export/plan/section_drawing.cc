@@ -464,4 +464,4 @@ std::vector<SectionDrawing> MakeSections(const MapResult& map, const PlanOptions
   return drawings;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

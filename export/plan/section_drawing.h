@@ -27,4 +27,4 @@ struct SectionDrawing {
 // it. Throws what SectionViews and ChooseFormat do.
 std::vector<SectionDrawing> MakeSections(const MapResult& map, const PlanOptions& options);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -186,4 +186,4 @@ std::vector<SectionView> SectionViews(const Building& building, const PlanOption
   return views;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

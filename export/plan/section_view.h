@@ -48,4 +48,4 @@ void CheckSections(const PlanOptions& options);
 // none.
 std::vector<SectionView> SectionViews(const Building& building, const PlanOptions& options);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

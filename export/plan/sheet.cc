@@ -180,4 +180,4 @@ std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& op
   return sheets;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -57,4 +57,4 @@ std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options);
 // for none. Throws what MakeSections does.
 std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& options);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -157,4 +157,4 @@ PlanSet MakePlans(const Building& building, const PlanOptions& options) {
   return plans;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -34,4 +34,4 @@ struct PlanSet {
 // Throws what ChooseFormat does.
 PlanSet MakePlans(const Building& building, const PlanOptions& options);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -261,4 +261,4 @@ Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes&
   return label;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

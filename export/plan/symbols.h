@@ -50,4 +50,4 @@ std::string GetName(const Room& room);
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

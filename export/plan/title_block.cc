@@ -273,4 +273,4 @@ Drawing TitleBlock::Draw(const SheetFormat& format, const SheetWords& words,
   return drawing;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -54,4 +54,4 @@ class TitleBlock {
   std::optional<double> north_deg_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

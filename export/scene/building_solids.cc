@@ -326,4 +326,4 @@ Eigen::AlignedBox2d PlanExtent(const Building& building) {
   return extent;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -122,4 +122,4 @@ Polygon RoomInPlan(const Building& building, const Room& room);
 // Of the walls and rooms of all storeys in the plan's frame; empty where there are none.
 Eigen::AlignedBox2d PlanExtent(const Building& building);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

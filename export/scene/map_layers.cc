@@ -119,4 +119,4 @@ std::vector<std::vector<Vector3d>> TrajectoryPieces(const Trajectory& trajectory
   return pieces;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -61,4 +61,4 @@ inline const char* AxisName(LineAxis axis) {
   return "of no axis";
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -38,4 +38,4 @@ inline std::string WorldOffsetNote(const Eigen::Vector3d& offset_m) {
                      offset_m.z());
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -361,4 +361,4 @@ void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Co
   }
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

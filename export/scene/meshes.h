@@ -58,4 +58,4 @@ Polygon LevelOutline(const BuildingPlane& plane, const Building& building);
 std::vector<std::vector<Eigen::Vector3d>> LevelHoles(const BuildingPlane& plane,
                                                      const Building& building);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -97,4 +97,4 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   return paths;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -47,4 +47,4 @@ class CloudWriter : public MapWriter {
   const PlyOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

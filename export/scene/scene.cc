@@ -214,4 +214,4 @@ std::vector<std::string> SceneWriter::Write(const std::string& folder, const Map
   return WriteScene(folder, scene, progress.Part(0.5, 1));
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

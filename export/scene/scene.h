@@ -133,4 +133,4 @@ class SceneWriter : public MapWriter {
   std::shared_ptr<SceneOfMap> scene_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

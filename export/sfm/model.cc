@@ -413,4 +413,4 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
   return paths;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -70,4 +70,4 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
                                               const ColmapOptions& options,
                                               const Progress& progress);
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

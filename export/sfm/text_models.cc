@@ -216,4 +216,4 @@ std::vector<std::string> LimapWriter::Write(const std::string& folder, const Map
   return {own + "/alltracks.txt", own + "/lines.txt"};
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

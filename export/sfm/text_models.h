@@ -48,4 +48,4 @@ class LimapWriter : public MapWriter {
                                  const Progress& progress) const override;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

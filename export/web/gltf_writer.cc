@@ -465,4 +465,4 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   return {path};
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

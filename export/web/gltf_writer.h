@@ -37,4 +37,4 @@ class GltfWriter : public MapWriter {
   GltfOptions options_;
 };
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

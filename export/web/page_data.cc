@@ -149,4 +149,4 @@ std::vector<PageImage> ReadPageImages(const MapResult& map, const SequenceSource
   return images;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

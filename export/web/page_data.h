@@ -100,4 +100,4 @@ std::vector<PageImage> ReadPageImages(const MapResult& map, const SequenceSource
                                       const PageImageOptions& options,
                                       const Progress& progress = {});
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -432,4 +432,4 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
   return page;
 }
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

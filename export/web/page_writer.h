@@ -41,4 +41,4 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
                      const PageOptions& options, const std::vector<PageImage>& images = {},
                      const Progress& progress = {});
 
-}  // namespace slcmap::inline exporting
+}  // namespace slcmap::exporting

@@ -402,4 +402,4 @@ AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const V
   return adjusted;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

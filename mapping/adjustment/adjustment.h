@@ -1,4 +1,5 @@
-// One visual-inertial adjustment over all keyframes of a run.
+// One visual-inertial adjustment over all keyframes of a run, where that can be done, and the run
+// as mapping takes it.
 #pragma once
 
 #include <cstdint>
@@ -66,4 +67,4 @@ inline constexpr const char* kNotAdjusted = "not_adjusted";
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

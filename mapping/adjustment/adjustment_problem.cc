@@ -447,4 +447,4 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   return out;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

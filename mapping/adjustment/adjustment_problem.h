@@ -1,4 +1,5 @@
-// Progress of a solution by Ceres, which ends when progress says so.
+// The cost of an adjustment as a problem of Ceres', the order in which its normal equations are
+// solved, and its solution, which ends when progress says so.
 #pragma once
 
 #include <ceres/iteration_callback.h>
@@ -34,8 +35,6 @@ class SolverProgress final : public ceres::IterationCallback {
   bool stopped_ = false;
 };
 
-// The order in which a problem's normal equations are solved for its blocks.
-
 // The blocks of `first`, between any two of which there is no term, are group 0; those of `last`,
 // which most others are tied to, come last of all. The others come by nested dissection of what the
 // elimination of `first` ties together (METIS): where many visits of the same places hang together,
@@ -45,8 +44,6 @@ class SolverProgress final : public ceres::IterationCallback {
 std::shared_ptr<ceres::ParameterBlockOrdering> EliminationOrder(const ceres::Problem& problem,
                                                                 const std::vector<double*>& first,
                                                                 const std::vector<double*>& last);
-
-// The cost of an adjustment as a problem of Ceres', and its solution.
 
 // What the terms need beside the state; must outlive them.
 struct AdjustmentModel {
@@ -104,4 +101,4 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
                           const std::vector<Closure>& closures, double settled,
                           ceres::Problem* problem, const Progress& progress);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

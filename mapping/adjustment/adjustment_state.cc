@@ -136,7 +136,7 @@ LineAxis AxisAlong(const Vector3d& direction, LineAxis axis, double heading_rad)
   return axis == LineAxis::kX ? LineAxis::kY : LineAxis::kX;
 }
 
-double* ComputeShareFree(const AdjustedLine& line, double max_distance_m, AdjustmentState* state) {
+double* FindShare(const AdjustedLine& line, double max_distance_m, AdjustmentState* state) {
   const Vector3d p_world = 0.5 * (line.line->start_world + line.line->end_world);
   for (const AdjustedShare& share : state->shares) {
     if (share.axis == line.axis && share.world == line.line->world &&
@@ -176,8 +176,7 @@ void SetDeviation(const OdometryRun& run, const AdjustmentOptions& options, Adju
     const double believed_rad = options.deviation_scale * building_rad;
     line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * believed_rad;
     state->share_sigma_rad = std::sqrt(options.shared_share) * believed_rad;
-    if (options.shared_share > 0)
-      line->share = ComputeShareFree(*line, options.shared_radius_m, state);
+    if (options.shared_share > 0) line->share = FindShare(*line, options.shared_radius_m, state);
   }
 }
 
@@ -282,4 +281,4 @@ void Preintegrate(const OdometryRun& run, AdjustmentState* state) {
   }
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -109,4 +109,4 @@ Eigen::Vector3d PointInWorld(const AdjustedPoint& point, const AdjustmentState& 
 // time of exposure.
 void Preintegrate(const OdometryRun& run, AdjustmentState* state);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

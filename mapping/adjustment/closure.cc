@@ -374,4 +374,4 @@ std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const Closur
   return EdgeSearch(state, options).Find();
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,5 +1,5 @@
-// What several matches between two visits of a place say in common of how far the visits are
-// shifted against each other.
+// Places that were visited twice, recognised by points and by the edges of the building, and what
+// several matches say in common of how far the visits are shifted.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,8 +42,6 @@ struct Agreement {
 Agreement FindAgreement(const std::vector<ShiftVote>& votes, const ShiftSigma& sigma,
                         double min_displacement_m);
 
-// Places that were visited twice, and what was recognised there.
-
 // A point of an earlier visit that a keyframe of a later one sees; indices into the state.
 struct PointMatch {
   size_t point = 0;
@@ -73,11 +71,9 @@ ShiftSigma SigmaOver(double path_m, const ClosureOptions& options);
 // Whether the votes for a shift are so many, and so many more than those for another.
 bool IsUnique(const Agreement& agreement, int min_votes, const ClosureOptions& options);
 
-// Places that are recognised by the edges of the building.
-
 // Lines of one axis that lie near each other across it and were seen at different visits are
 // candidates for one edge; those of which enough agree on one shift between the visits become a
 // closure. Lines are merged by place and axis alone, whatever direction they are seen from.
 std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const ClosureOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

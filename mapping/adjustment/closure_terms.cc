@@ -249,4 +249,4 @@ int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& l
   return taken_back;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// How well an adjustment knows some of its blocks.
+// The terms of recognised places, and whether they can be believed; and how well an adjustment
+// knows some of its blocks.
 #pragma once
 
 #include <ceres/problem.h>
@@ -14,8 +15,6 @@ namespace slcmap::inline mapping {
 // The joint covariance of the tangents of some blocks, all others marginalised, at the problem's
 // state, with robust losses as weights. Of size 0 where the problem does not determine it.
 Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<double*>& blocks);
-
-// The terms of recognised places, and whether they can be believed.
 
 AdjustmentTerm PointMatchTerm(const PointMatch& match, const AdjustmentState& state,
                               const AdjustmentModel& model);
@@ -43,4 +42,4 @@ int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& l
                      const AdjustmentState& state, const AdjustmentModel& model,
                      std::vector<Closure>* closures);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -71,4 +71,4 @@ void AdjustmentOptions::Read(YamlSection section) {
   kTable.Read(section, this);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -80,4 +80,4 @@ struct AdjustmentOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -325,4 +325,4 @@ std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewI
   return PointSearch(state, images, geometry, options).Find(progress);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

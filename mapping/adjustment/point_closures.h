@@ -21,4 +21,4 @@ std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewI
                                        const ClosureOptions& options,
                                        const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

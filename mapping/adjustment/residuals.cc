@@ -123,4 +123,4 @@ void SameFreeEdgeResidual::EvaluateAt(const double* const* parameters, double* r
   Map<Vector2d>{residuals} = weight_ * across_.transpose() * between;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The term that holds what no measurement tells: position and heading of a first pose.
+// The terms that hold what no measurement tells (position and heading of a first pose, how far away
+// a line is), and lines together that are one edge, seen at two visits.
 #pragma once
 
 #include "odometry/factors/factor.h"
@@ -43,8 +44,6 @@ class LineDistanceResidual final : public Factor {
   const double given_, weight_;
 };
 
-// The term that holds two lines together that are one edge, seen at two visits.
-
 // Blocks: heading (but for vertical lines), structural line, structural line of one axis. With the
 // axes E across it and the lines' points P where they cross the planes through their anchors:
 //
@@ -88,4 +87,4 @@ class SameFreeEdgeResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -244,4 +244,4 @@ MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
   return Aligner(first, second, options, progress).Align();
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Options of aligning and merging maps.
+// Where one map lies in the world of another, by what both saw, and the options of aligning and
+// merging maps.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,8 +41,6 @@ struct AlignmentOptions {
   double min_telling_share = 0.05, min_holding_share = 0.015;
 };
 
-// Where one map lies in the world of another, by what both saw.
-
 // Two maps of which it is not known how they belong together.
 class AlignmentError : public DataError {
  public:
@@ -69,4 +68,4 @@ struct MapAlignment {
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
                        const AlignmentOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -438,4 +438,4 @@ std::vector<MapPipe> UnitePipes(std::vector<MapPipe> first, const std::vector<Ma
   return first;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,4 @@
-// The lines of two maps as those of one.
+// The lines and the pipes of two maps as those of one.
 #pragma once
 
 #include <vector>
@@ -22,12 +22,10 @@ struct LinesOfMap {
 LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double alignment_m,
                       const LineMergingOptions& options);
 
-// The pipes of two maps as those of one.
-
 // Both are in one world. Pipes that lie along each other, with axes and radii that agree, become
 // one: the best known, as far as either was seen. A pipe of the second is along the axis that the
 // lines of the united map have there, or none. Ids count from 0.
 std::vector<MapPipe> UnitePipes(std::vector<MapPipe> first, const std::vector<MapPipe>& second,
                                 const std::vector<MapLine>& lines);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -431,4 +431,4 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
   return fit;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

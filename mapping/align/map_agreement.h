@@ -1,4 +1,5 @@
-// What maps are compared by: samples of surfaces and lines, and the headings that these follow.
+// The level transform that brings one map onto another, what the two say of each other where both
+// have looked, and the samples and headings that they are compared by.
 #pragma once
 
 #include <Eigen/Core>
@@ -41,8 +42,6 @@ AlignmentFeatures FindFeatures(const MapResult& map);
 // The turn about z by an angle, then a translation.
 RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation);
 double ComputeYaw(const RigidTransform& transform);
-
-// What two maps say of each other where both have looked.
 
 // The samples of a map by where they are.
 class FeatureIndex {
@@ -117,4 +116,4 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
                                          const RigidTransform& start,
                                          const AlignmentFitOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

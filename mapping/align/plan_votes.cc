@@ -303,4 +303,4 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   return all;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -25,4 +25,4 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
                                                const AlignmentOptions& options,
                                                const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -396,4 +396,4 @@ std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservati
   return observations;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Points of two maps as those of one.
+// Points and occupancy of two maps as those of one, what views see of a cloud where their own depth
+// is no longer known, and what one rig saw as if another had seen it.
 #pragma once
 
 #include <vector>
@@ -28,8 +29,6 @@ struct UnitedPoints {
 // One point a voxel, weighted by what is known of each; observations are summed. By voxel.
 UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, double voxel_m);
 
-// The occupancy of two maps as that of one.
-
 // In the grid of the first. A cell is occupied where a point of the united cloud is, or one of the
 // maps says so and the other does not say that it is free; free where one of them says so and
 // neither that it is occupied; else unknown. Of two that contradict each other without a point, as
@@ -38,8 +37,6 @@ OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& secon
                             const RigidTransform& T_first_second,
                             const std::vector<DensePoint>& united, double spacing_m);
 
-// What views see of a cloud of points, where their own depth is no longer known.
-
 // For each pose of a rectified rig the nearest points of the cloud, one in each cell of the left
 // image, that face the camera and that nothing nearer hides, as far as the way to them is known to
 // be free: a blank wall has no points, but nothing was measured through it either. Each point is a
@@ -47,8 +44,6 @@ OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& secon
 std::vector<Sights> SightsOfCloud(const Trajectory& poses, const Rig& rig,
                                   const std::vector<DensePoint>& cloud, double size_m,
                                   const OccupancyMap& occupancy, const Progress& progress = {});
-
-// What one rectified rig saw, as if another one like it had seen it.
 
 // Whether two rigs are one but for what calibrations of it may differ by: centres of cameras within
 // 5 mm, their directions within a degree.
@@ -61,4 +56,4 @@ std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const 
 std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservation> observations,
                                                    const Rig& from, const Rig& to);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -425,4 +425,4 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   return building;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -13,4 +13,4 @@ namespace slcmap::inline mapping {
 Building BuildBuilding(const BuildingInput& input, const BuildingOptions& options,
                        const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

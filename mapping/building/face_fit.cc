@@ -286,4 +286,4 @@ std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample
   return chains;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

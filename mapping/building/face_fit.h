@@ -1,4 +1,5 @@
-// One face fitted to samples: a line in the plan.
+// One face fitted to samples: a line in the plan. Offsets in strips along a heading, and chains of
+// them from strip to strip.
 #pragma once
 
 #include <set>
@@ -48,11 +49,9 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
 double CellArea(const std::set<std::pair<int, int>>& cells);
 std::pair<int, int> FindAreaCell(double s, double z);
 
-// Offsets in strips along a heading, and chains of them from strip to strip.
-
 // Chains of offsets that go on from strip to strip, each as the strips of a face to be fitted.
 // Samples of one side of a heading, sorted by s.
 std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample>& samples,
                                                   const BuildingOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

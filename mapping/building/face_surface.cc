@@ -347,4 +347,4 @@ double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
   return surface.SigmaAdded();
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -21,4 +21,4 @@ namespace slcmap::inline mapping {
 double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
                        const BuildingOptions& options, Face* face);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -416,4 +416,4 @@ double MainHeading(const std::vector<Face>& faces) {
   return angle < 0 ? angle + 0.5 * M_PI : angle;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -69,4 +69,4 @@ void AgreeHeadings(std::vector<Face>* faces);
 // it, from 0 to pi / 2 (radians).
 double MainHeading(const std::vector<Face>& faces);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -287,4 +287,4 @@ bool IsWall(const std::vector<double>& shares, double cell_m) {
          covered >= kLeastWallShare * static_cast<double>(shares.size());
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Where rays went through, as a grid of the plan of one storey.
+// Where rays went through, as a grid of the plan of one storey, and what is known of a face's
+// plane, cell by cell: hit, passed through, or unseen.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -91,8 +92,6 @@ class SightRays {
   std::vector<size_t> first_;  // by view, of those that count
 };
 
-// What is known of a face's plane, cell by cell: hit, passed through, or unseen.
-
 // Rows go up from low_m, columns along the face from from_m, in cells of cell_m.
 struct FaceGrid {
   double from_m = 0, low_m = 0, cell_m = 0.05;
@@ -138,4 +137,4 @@ std::vector<double> WallShares(const FaceGrid& grid);
 // Of the face of a wall that is at least `share` covered.
 bool IsWall(const std::vector<double>& shares, double cell_m);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

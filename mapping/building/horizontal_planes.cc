@@ -235,4 +235,4 @@ void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -18,4 +18,4 @@ void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
                         const BuildingOptions& options, Room* room,
                         std::vector<BuildingPlane>* planes);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -323,4 +323,4 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   return openings;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -23,4 +23,4 @@ struct FaceOpening {
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
                                       const BuildingInput& input, const BuildingOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -39,4 +39,4 @@ void BuildingOptions::Check() const {
 
 void BuildingOptions::Read(YamlSection section) { kTable.Read(section, this); }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -41,4 +41,4 @@ struct BuildingOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -450,4 +450,4 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   return rooms;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -32,4 +32,4 @@ struct FoundRoom {
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

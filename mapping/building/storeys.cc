@@ -313,4 +313,4 @@ int LevelAt(const std::vector<Level>& levels, const Vector3d& p_world) {
   });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Columns that the plan is divided into, by which surfaces above each other are found.
+// Storeys: where the trajectory has a floor beneath it; and columns of the plan, by which surfaces
+// above each other are found.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +24,6 @@ inline PlanColumn FindColumn(const Eigen::Vector2d& p) {
           static_cast<int>(std::floor(p.y() / kColumn_m))};
 }
 
-// Storeys: where the trajectory has a floor beneath it.
-
 // The part of a building over one floor. Metres, in world.
 struct Level {
   double floor_m = 0;
@@ -43,4 +42,4 @@ std::vector<Level> FindLevels(const BuildingInput& input);
 // do, it is that whose part of the trajectory is nearer in the plan.
 int LevelAt(const std::vector<Level>& levels, const Eigen::Vector3d& p_world);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

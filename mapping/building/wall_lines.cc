@@ -292,4 +292,4 @@ bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& b
                      [&](const WallBody& body) { return IsIn(walls[body.front].face, body, p); });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The lines of walls in the plan, each in parts: covered by a wall, gaps of a door's width, open.
+// The lines of walls in the plan, each in parts: covered by a wall, gaps of a door's width, open;
+// and what lies between the two faces of a wall.
 #pragma once
 
 #include <optional>
@@ -41,8 +42,6 @@ std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Eigen
 // Where two faces cross, as metres along each; nothing where they are nearly parallel.
 std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b);
 
-// What lies between the two faces of a wall.
-
 // A face behind another, as the other side of the same wall.
 struct WallBody {
   size_t front = 0, back = 0;   // indices of faces, as MakeBodies gives them
@@ -71,4 +70,4 @@ std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls,
 bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
               const Eigen::Vector2d& p);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

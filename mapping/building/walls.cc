@@ -293,4 +293,4 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
   return walls;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -42,4 +42,4 @@ void CloseCorners(std::vector<BuiltFace>* faces);
 std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
                                 const std::vector<Level>& levels, const BuildingOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -343,4 +343,4 @@ DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOpt
   return map;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

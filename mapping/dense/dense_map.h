@@ -1,4 +1,5 @@
-// Which cells of space a view's depth shows to be free, and which to be occupied.
+// Everything dense of a map: depth of the views, their agreement, and one cloud; and which cells of
+// space that depth shows to be free, and which to be occupied.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +38,6 @@ class DepthCarver {
   const double resolution_m_, max_range_m_;
 };
 
-// Occupied, free and unknown space from the depth of many views.
-
 // Makes the cells of surfaces occupied, and those half a cell behind them, whatever single views
 // said of these. Each point stands for a patch of its surface that is spacing_m wide. Inner cells
 // of the tree know of it after OccupancyMap::Finish().
@@ -63,8 +62,6 @@ class DepthOccupancy {
   OccupancyMap map_;
   int64_t out_of_octree_ = 0;
 };
-
-// The depth of views in their order, with as many images in memory as look at one place.
 
 // The views that are looked at: of each segment the first, and those far enough from the one
 // before.
@@ -135,4 +132,4 @@ using DepthSink = std::function<void(std::size_t view, const DepthGrid& depth)>;
 DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOptions& options,
                     const Progress& progress = {}, const DepthSink& sink = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -294,4 +294,4 @@ std::vector<DensePoint> DepthFusion::Points() const {
   return points;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,4 @@
-// Depth that other views agree with.
+// Depth that other views agree with, and that of many views as one cloud of points with normals.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +23,6 @@ struct PlacedGrid {
 // contradict: those that see further at its place. The others become unknown.
 DepthGrid ConfirmedDepth(const PlacedGrid& view, const std::vector<PlacedGrid>& others,
                          const Camera& camera, const DenseOptions& options);
-
-// The confirmed depth of many views as one cloud of points with normals.
 
 // Sums what views see in voxels; surfaces that face different ways, as the two sides of a thin
 // wall, are kept apart. Memory grows with the surface, not with the number of views.
@@ -53,4 +51,4 @@ class DepthFusion {
   std::unordered_map<int64_t, Sums> voxels_;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -446,4 +446,4 @@ void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage
   }
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -42,4 +42,4 @@ void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage
 // few of them become unknown.
 void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* grid);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

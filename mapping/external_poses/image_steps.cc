@@ -243,4 +243,4 @@ PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale) {
   return off;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,4 @@
-// How the rig moved between pairs of images, by the images alone.
+// How the rig moved between pairs of images, by the images alone, beside what poses say of it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -33,8 +33,6 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
                                     const std::vector<std::pair<size_t, size_t>>& pairs,
                                     const Progress& progress = {});
 
-// Known movements of a rig beside those that poses say of it.
-
 inline constexpr int kLeastSteps = 6;                                // that tell anything
 inline constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02;  // of a step, about
 
@@ -62,4 +60,4 @@ double EstimateScale(const std::vector<StepPair>& pairs, double* sigma);
 
 PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -356,4 +356,4 @@ std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
   }
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,4 @@
-// Poses of views moved so that points lie where images have them.
+// Poses of views that somebody else gave, moved so that points lie where images have them.
 #pragma once
 
 #include <array>
@@ -76,4 +76,4 @@ std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const GivenPoseOptions& options, OdometryRun* run,
                                                  const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -323,4 +323,4 @@ std::optional<Vector3d> UpByImages(const Sequence& recording, const Trajectory& 
   return best;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

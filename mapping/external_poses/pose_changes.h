@@ -1,4 +1,5 @@
-// Poses in axes that no option takes: of a body that is turned, or left-handed.
+// What is wrong with given poses as a whole: axes that no option takes, drifts of heading and
+// changes of scale, and where up is in their world by what the images show.
 #pragma once
 
 #include <optional>
@@ -22,18 +23,14 @@ struct PosesToTry {
 std::string WordsOfOtherAxes(const std::vector<PosesToTry>& readings, const PoseForm& given,
                              const PoseOff& otherwise);
 
-// What of poses changes where they agree with known movements in the median.
-
 // Intervals of steps that poses are off, a drift of their heading, and a scale that is another from
 // some step on: in words, with figures; "" where nothing is more than steps and good odometry
 // are off. Steps that are not well known are left out. `who` is what they are by.
 std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::string& who);
-
-// Where up is in the world of poses, by what their images show.
 
 // For recordings without an IMU: where the images' own up is far from z of the world, the direction
 // near it that most length of edges follows. Nothing where the images are upright with z, or where
 // edges do not tell.
 std::optional<Eigen::Vector3d> UpByImages(const Sequence& recording, const Trajectory& trajectory);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

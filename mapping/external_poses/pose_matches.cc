@@ -147,4 +147,4 @@ std::vector<PoseMatch> MatchViews(const Views& views,
   return matches;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The options of the adjustment of poses that were given.
+// Points that views see in common, found where given poses have them, and the options of the
+// adjustment of such poses.
 #pragma once
 
 #include <optional>
@@ -35,8 +36,6 @@ struct GivenPoseOptions {
   void Read(YamlSection section);
 };
 
-// Points that views see in common, found where poses have them.
-
 // A point of one view, by its stereo pair, where another view's left image has it.
 struct PoseMatch {
   size_t from = 0, to = 0;                           // views
@@ -63,4 +62,4 @@ std::vector<PoseMatch> MatchViews(const Views& views,
                                   const ViewImages& images, const GivenPoseOptions& options,
                                   const Progress& progress);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -431,4 +431,4 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   return result;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

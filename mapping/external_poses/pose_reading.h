@@ -28,4 +28,4 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
                          const std::optional<RigidTransform>& T_imu_camera, const std::string& who);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

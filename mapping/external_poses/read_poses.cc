@@ -172,4 +172,4 @@ std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& read
       1e3 * reading.best.way_m);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -29,4 +29,4 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
 // "" where nothing is, or nothing is known.
 std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -446,4 +446,4 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
   });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// What lines tell of the directions of those near them.
+// The guided pass: all views are looked at for the lines that are known; and what lines tell of the
+// directions of those near them.
 #pragma once
 
 #include <optional>
@@ -19,8 +20,6 @@ namespace slcmap::inline mapping {
 std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<TrackedLine>& lines,
                                                               const std::vector<BuildingAxis>& axes,
                                                               const NeighbourOptions& options);
-
-// The guided pass: all views are looked at for the lines that are known.
 
 // Looks for each line, a good deal beyond its ends, in both images of every view of its segment:
 // afterwards, but where surfaces hide it, its bins say how many views look at each piece of it and
@@ -45,8 +44,8 @@ void LookAgain(const Views& views, const ViewImages& images, const SightDepths& 
                std::vector<TrackedLine>* lines, const Progress& progress);
 
 // Fits the lines of each axis once more, each with what those near it make known of its direction
-// (neighbour_directions.h); what does not hold so stays as it was.
+//; what does not hold so stays as it was.
 void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
                         const MapLineOptions& options, std::vector<TrackedLine>* lines);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

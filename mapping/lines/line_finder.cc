@@ -235,4 +235,4 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   return line;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

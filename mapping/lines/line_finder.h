@@ -60,4 +60,4 @@ std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
 // The gradient from which an image shows a line.
 double MinGradient(const TrackedLine& line, const MapLineOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

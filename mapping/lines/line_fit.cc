@@ -266,4 +266,4 @@ std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
   return off_px;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Directions across a line.
+// The line of the world that fits the places where images have its edge, and directions across a
+// line.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,8 +18,6 @@ inline Eigen::Matrix<double, 3, 2> ComputeAcross(const Eigen::Vector3d& directio
   across.col(1) = direction.cross(across.col(0));
   return across;
 }
-
-// The line of the world that fits the places where images have its edge.
 
 // The mean of some samples that are near each other on a line, in one image.
 struct EdgePlace {
@@ -96,4 +95,4 @@ double ComputeSpread(std::vector<double> distances_px);
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
                                const std::vector<EdgePlace>& places, const ViewCameras& views);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

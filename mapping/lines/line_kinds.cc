@@ -212,4 +212,4 @@ void CountParallels(double reach_m, std::vector<TrackedLine>* lines) {
   for (int i = 0; i < count; ++i) (*lines)[i].parallels = parallels[i];
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

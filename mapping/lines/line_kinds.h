@@ -1,4 +1,4 @@
-// Lines by where they are.
+// What a line is of, lines by where they are, and those that are one of many beside each other.
 #pragma once
 
 #include <array>
@@ -36,8 +36,6 @@ class LineCells {
   std::unordered_map<Cell, std::vector<int>, CellHash> members_;
 };
 
-// What a line is of.
-
 // By the surfaces beside it: an edge where they end or bend. What is on a flat surface is the
 // outline of a thing on it if its step of brightness is large against how bright it is, and lasts
 // unless it is larger still, as of narrow trims; else a mark: beside grain, joints and print the
@@ -47,12 +45,10 @@ class LineCells {
 // unknown kind.
 LineKind FindKind(const TrackedLine& line, const LineKindOptions& options);
 
-// Lines that are one of many beside each other.
-
 // Counts, for each line, those that run beside it in one plane with it, as the joints of a brick
 // wall do: within reach_m (half a metre at most), parallel, each at its own distance; the plane is
 // the one that has most of them, give or take 3 cm. The median over places every 10 to 20 cm, as
 // TrackedLine::parallels.
 void CountParallels(double reach_m, std::vector<TrackedLine>* lines);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -277,4 +277,4 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
   return merged;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

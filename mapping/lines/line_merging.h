@@ -1,4 +1,5 @@
-// The stretches of a line whose places are of one edge.
+// Takes lines that are one edge together, and finds the stretches of a line whose places are of one
+// edge.
 #pragma once
 
 #include <optional>
@@ -30,12 +31,10 @@ std::optional<LineFit> FitStretches(const ViewCameras& cameras,
 // Leaves the places in the intervals.
 void DropPlacesOutside(TrackedLine* line);
 
-// Takes lines that are one edge together.
-
 // Merges lines of one axis that lie beside each other within what is known of them: each with all
 // of its group (full linkage), the best known first, so that chains of neighbours do not grow
 // together. Lines of different maps are known against each other to between_maps_m at best.
 std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
                                     const LineMergingOptions& options, double between_maps_m = 0);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

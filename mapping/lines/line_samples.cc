@@ -294,4 +294,4 @@ bool SightDepths::HidesSurface(int view, int camera, const Camera& model,
                1 / (1 / z_m + slope * reach));
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

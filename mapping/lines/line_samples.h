@@ -1,4 +1,5 @@
-// A line of the world as a rectified camera sees it.
+// A line of the world as a rectified camera sees it, where an image has the edge of one that is
+// expected in it, and what surfaces hide from the views.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,8 +38,6 @@ std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval
                                    const RigidTransform& T_camera_world, const Camera& camera,
                                    const ViewLimits& limits);
 
-// Where an image has the edge of a line that is expected in it.
-
 // The image beside one place of a line.
 struct LineSample {
   double along_m = 0;  // along the line, from its point
@@ -68,8 +67,6 @@ struct LineSampling {
 // down). Places outside the mask have no sample.
 std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
                                    const LineInView& line, const LineSampling& options);
-
-// What surfaces hide from the views.
 
 // The depth of the nearest surface, where one is known, in coarse images of all views.
 class SightDepths {
@@ -102,4 +99,4 @@ class SightDepths {
   std::vector<std::array<DepthImage, 2>> images_;  // by view and camera
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -275,4 +275,4 @@ SurfacesBeside LineSurfaces::Beside(const PointAndDirection& line,
   return beside;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The directions that lines of a building run along.
+// The lines of a map while they are being made, the directions that lines of a building run along,
+// and what the surfaces beside a line are like.
 #pragma once
 
 #include <cstdint>
@@ -52,8 +53,6 @@ struct AxisDetectionOptions {
 std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
                                    const AxisDetectionOptions& options = {});
 
-// What the surfaces beside a line are like.
-
 // How much of a line is on a flat surface that goes on at both of its sides, and of how much is
 // another known: that it ends there, bends, or is partly hidden by one in front of it.
 struct SurfacesBeside {
@@ -77,8 +76,6 @@ class LineSurfaces {
   DenseIndex index_;
 };
 
-// The lines of a map while they are being made.
-
 // How many views look at a bin of a line, and how many of them show its edge.
 struct BinViews {
   uint16_t shown = 0, missed = 0;
@@ -101,10 +98,10 @@ struct TrackedLine {
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   int shown_samples = 0;
   SurfacesBeside surfaces;
-  int parallels = 0;           // lines beside it, see line_texture.h
+  int parallels = 0;           // lines beside it, see line_kinds.h
   std::vector<BinViews> bins;  // from bins_from_m on
   double bins_from_m = 0;
   std::vector<Interval> intervals;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -330,4 +330,4 @@ std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const V
   return images;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

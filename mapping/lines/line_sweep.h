@@ -1,4 +1,5 @@
-// How far away a segment of an image lies, by the views around it.
+// How far away a segment of an image lies, by the views around it, whose images are kept while they
+// are needed.
 #pragma once
 
 #include <map>
@@ -51,8 +52,6 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
                                            const ViewCameras& views,
                                            const LineSweepOptions& options);
 
-// The images of the views around one, kept while they are needed.
-
 // A view's images, their edges, and the segments of its left one; of images that could not be read
 // they are empty.
 struct EdgeView {
@@ -87,4 +86,4 @@ class ViewWindow {
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
                                      const ViewCameras& cameras, const LineSweepOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

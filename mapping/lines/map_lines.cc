@@ -325,4 +325,4 @@ std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines) {
   return marks;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

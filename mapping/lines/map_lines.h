@@ -1,4 +1,5 @@
-// The lines of a run as what the line stage starts from.
+// All lines of a building, from the images of the views: what the line stage starts from, and what
+// is known of lines when they become those of a map.
 #pragma once
 
 #include <vector>
@@ -19,14 +20,10 @@ namespace slcmap::inline mapping {
 std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<BuildingAxis>& axes,
                                     double max_sigma_m, int min_views);
 
-// What is known of lines when they become those of a map.
-
 // Of lines whose ids count from 0, and whose intervals are their pieces. A support is the straight
 // line that fits the places of a piece in one image, as far as they reach.
 LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views& views,
                              const ViewCameras& cameras);
-
-// All lines of a building, from the images of the views.
 
 // The axes of a building of which only views are known: those of the lines in some of them.
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
@@ -55,4 +52,4 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const SightDepths& sights, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -128,4 +128,4 @@ void MapLineOptions::Read(YamlSection section) {
   kTable.Read(section, this);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

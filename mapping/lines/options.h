@@ -1,4 +1,5 @@
-// See neighbour_directions.h.
+// The options of the line stage, also of what lines tell of the directions of those near them (see
+// guided_pass.h).
 #pragma once
 
 #include "data/io/yaml.h"
@@ -18,8 +19,6 @@ struct NeighbourOptions {
   double reach_m = 3;
   int max_neighbours = 40;  // of a line, the nearest ones
 };
-
-// The options of the line stage.
 
 // The bins of a line that belong to it.
 struct LineIntervalOptions {
@@ -88,4 +87,4 @@ struct MapLineOptions {
   MapLineOptions ForPoses(double across_px) const;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

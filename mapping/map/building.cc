@@ -305,4 +305,4 @@ Building ReadBuilding(const std::string& folder) {
   return building;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

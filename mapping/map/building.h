@@ -1,6 +1,5 @@
-// A building as planes, storeys, rooms and walls: what mapping/building makes of a map.
-//
-// Metres, in the world of the map, z up.
+// A building as planes, storeys, rooms and walls: what mapping/building makes of a map, from what,
+// and its files in a map folder. Metres, in the world of the map, z up.
 #pragma once
 
 #include <Eigen/Core>
@@ -93,8 +92,6 @@ struct Building {
   RigidTransform T_map_world;
 };
 
-// What buildings are made from.
-
 // A point on a surface, of a dense cloud or a landmark. Metres, in world.
 struct SurfacePoint {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
@@ -117,8 +114,6 @@ struct BuildingInput {
   std::vector<Eigen::Vector3d> trajectory_world;  // places of the rig, in their order
 };
 
-// The words for kinds of planes and openings, in files of maps and in what is exported.
-
 // In the order of the enumerations.
 inline constexpr std::array<const char*, 4> kPlaneKinds = {"wall", "floor", "ceiling", "other"};
 inline constexpr std::array<const char*, 3> kOpeningKinds = {"door", "window", "passage"};
@@ -140,4 +135,4 @@ void WriteBuilding(const std::string& folder, const Building& building);
 // of nothing.
 Building ReadBuilding(const std::string& folder);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -18,8 +18,6 @@
 
 namespace slcmap::inline mapping {
 
-// What tables of a map that tell which image shows what have in common.
-
 // The stamps of a map's poses, which images are named by.
 class PoseStamps {
  public:
@@ -282,4 +280,4 @@ std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
   return observations;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The tables line_covariances.csv and line_supports.csv of a map folder.
+// The tables of a map folder that tell which image shows what: line_covariances.csv,
+// line_supports.csv and point_observations.csv.
 #pragma once
 
 #include <string>
@@ -20,8 +21,6 @@ void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence);
 // rows that are not in order or come twice, and lines, pieces and images that the map has not.
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map);
 
-// The table point_observations.csv of a map folder.
-
 inline constexpr char kPointObservationFile[] = "point_observations.csv";
 
 // Throws OutputError.
@@ -34,4 +33,4 @@ void WritePointObservations(const std::string& path,
 std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
                                                        const MapResult& map);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -362,4 +362,4 @@ LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRu
   return evidence;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// From landmarks to a point cloud.
+// From the landmarks and lines of a run to those of a map: the point cloud, its lines, which lines
+// its points lie on, and what keyframes saw of it.
 #pragma once
 
 #include <string>
@@ -34,21 +35,15 @@ std::vector<MapPoint> RemoveOutliers(std::vector<MapPoint> points, const CloudOp
 // points make a valid file too. Throws OutputError.
 void WritePcd(const std::string& path, const std::vector<MapPoint>& points);
 
-// Which lines the points of the cloud lie on.
-
 // Sets line_id of all points: the nearest line of those within three standard deviations of both
 // together, and within 4 cm; -1 where there is none.
 void FindLinesOfPoints(const std::vector<MapLine>& lines, std::vector<MapPoint>* points);
-
-// From what keyframes saw to the observations of a map's points.
 
 // What the run's keyframes saw of the landmarks that points were fused of, a track a landmark, in
 // the images that a rig has (the run's own, or that of images rectified with the calibration that
 // was found). The run's calibration is taken into account.
 std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>& points,
                                                      const OdometryRun& run, const Rig& rig);
-
-// The lines of a map.
 
 // The run's lines that are certain enough, were seen often enough and have an extent, in their
 // order.
@@ -59,4 +54,4 @@ std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& o
 // does not know that have no covariance.
 LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRun& run);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

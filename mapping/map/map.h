@@ -1,3 +1,5 @@
+// What mapping hands to export: the contents of a map folder, in memory. Its points and lines with
+// the images that show them, its pipes, poses and figures.
 #pragma once
 
 #include <Eigen/Core>
@@ -41,8 +43,6 @@ struct GivenPoseFigures {
   double body_turned_rad = 0, body_shifted_m = 0, clock_s = 0;
   double moved_m = 0, turned_rad = 0;  // of each on top of that: root mean square over the views
 };
-
-// A point of the dense cloud.
 
 // Files hold these numbers.
 enum class DenseSource { kStereo = 0, kFilledPlane = 1 };
@@ -99,7 +99,7 @@ struct MapPipe {
   int64_t id = 0;
   int segment = 0;  // of the run
   LineAxis axis = LineAxis::kNone;
-  int world = -1;                                         // as of a line (data/map_line.h)
+  int world = -1;                                         // as of a line (data/io/map_line.h)
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // of its axis, as far as it was seen
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   double radius_m = 0;
@@ -107,8 +107,6 @@ struct MapPipe {
   double radius_sigma_m = 0;  // of the radius
   int images = 0;             // that show an outline of it
 };
-
-// Which images a map's points were seen in, and where there.
 
 // Where a rectified image shows what a point of the map was made of. A track is one feature,
 // followed from image to image; a point that was fused of several has as many, which lie a little
@@ -125,8 +123,6 @@ struct MapPointObservation {
 inline auto MakeKey(const MapPointObservation& seen) {
   return std::tuple(seen.point, seen.track, seen.stamp_ns, seen.camera);
 }
-
-// What mapping hands to export: the contents of a map folder, in memory.
 
 // A point of the cloud, fused from the landmarks of one voxel.
 struct MapPoint {
@@ -197,8 +193,6 @@ struct MapResult {
   OccupancyMap occupancy{0.1};
 };
 
-// The poses of a map by their stamps.
-
 // Of the rig's body, in world, for all keyframes and all images of the trajectory.
 inline std::unordered_map<int64_t, RigidTransform> PosesByStamp(const MapResult& map) {
   std::unordered_map<int64_t, RigidTransform> poses;
@@ -208,4 +202,4 @@ inline std::unordered_map<int64_t, RigidTransform> PosesByStamp(const MapResult&
   return poses;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

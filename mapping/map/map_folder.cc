@@ -333,4 +333,4 @@ MapSource MapSourceIn(const std::string& folder) {
   return map.source;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

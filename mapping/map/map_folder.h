@@ -31,4 +31,4 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
 // Where the map in a folder came from, by its summary alone. Throws DataError.
 MapSource MapSourceIn(const std::string& folder);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

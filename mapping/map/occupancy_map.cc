@@ -342,4 +342,4 @@ OccupancyMap OccupancyMap::Read(const std::string& path) {
   return map;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,5 +1,5 @@
-// The bytes of OctoMap's .bt files, checked before OctoMap's own reader gets them: that one trusts
-// them, and calls itself for each node, however deep.
+// Which space is occupied and which is free, as an octree of voxels (OctoMap); and the bytes of .bt
+// files, checked first, as OctoMap's own reader trusts them.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,8 +40,6 @@ OctreeHeader ParseOctreeHeader(const std::string& path, std::string_view bytes);
 // most kOctreeDepth, without inner nodes that have no child, of as many nodes and bytes as there
 // should be. A header of no nodes is followed by nothing.
 void CheckOctreeNodes(const std::string& path, std::string_view bytes, const OctreeHeader& header);
-
-// Which space is occupied and which is free, as an octree of voxels (OctoMap).
 
 // An occupied cube.
 struct Voxel {
@@ -104,7 +102,7 @@ class OccupancyMap {
   std::vector<uint8_t> Nodes() const;
   static OccupancyMap FromNodes(double resolution_m, const std::vector<uint8_t>& nodes);
 
-  // Throws DataError when the file is missing, damaged or not a .bt file (see octree_file.h).
+  // Throws DataError when the file is missing, damaged or not a .bt file (see above).
   static OccupancyMap Read(const std::string& path);
 
  private:
@@ -112,4 +110,4 @@ class OccupancyMap {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -37,4 +37,4 @@ void OccupancyOptions::Read(YamlSection section) { kOccupancyTable.Read(section,
 void RunLineOptions::Check() const { kRunLinesTable.Check("mapping.run_lines", *this); }
 void RunLineOptions::Read(YamlSection section) { kRunLinesTable.Read(section, this); }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -33,4 +33,4 @@ struct RunLineOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

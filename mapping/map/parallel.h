@@ -1,4 +1,5 @@
-// A loop over independent items on several threads that can be stopped.
+// Loops over independent items on several threads, also ones that can be stopped, and items of a
+// row that are made on other threads while those before them are used.
 #pragma once
 
 #include <algorithm>
@@ -72,8 +73,6 @@ class ReadAhead {
   std::deque<std::future<Item>> coming_;
 };
 
-// A loop over independent items on several threads.
-
 // Calls work(i) for each i in [begin, end), on up to `threads` threads, in any order: what it
 // writes must be of item i alone. Throws what work throws (one of several), once all have ended.
 inline void ParallelFor(std::size_t begin, std::size_t end, int threads,
@@ -97,4 +96,4 @@ inline void ParallelFor(std::size_t begin, std::size_t end, int threads,
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -292,4 +292,4 @@ void CheckPosesOfRuns(const std::string& path, const MapResult& map) {
   }
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The dense cloud on disk.
+// Files and parts of files of a map folder: the dense cloud, pipes.json, and the runs of a merged
+// map in map.json. Include in .cc files only: the JSON parser is a large header.
 #pragma once
 
 #include <string>
@@ -22,8 +23,6 @@ std::vector<DensePoint> ReadDensePly(const std::string& path);
 // The same as a PCD file, with `normal_x normal_y normal_z` and `intensity` as PCL names them.
 void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& points);
 
-// pipes.json of a map folder.
-
 inline constexpr char kPipeFile[] = "pipes.json";
 
 // A list of pipes with what MapPipe holds under its names, the axis by name. Throws OutputError.
@@ -31,8 +30,6 @@ void WritePipes(const std::string& path, const std::vector<MapPipe>& pipes);
 
 // Throws DataError naming the file, the pipe and the key for values that cannot be.
 std::vector<MapPipe> ReadPipes(const std::string& path);
-
-// The runs of a merged map, as map.json holds them. Include in .cc files only.
 
 Json MergedJson(const std::vector<MergedRun>& runs);
 
@@ -53,4 +50,4 @@ Eigen::Vector3d ParseOffset(const std::string& place, const Json& json);
 // map has one besides.
 void CheckPosesOfRuns(const std::string& path, const MapResult& map);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

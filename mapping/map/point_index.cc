@@ -33,4 +33,4 @@ void DenseIndex::Find(const Eigen::Vector3d& p_world, double radius_m,
   tree_->search.radiusSearch({p.x(), p.y(), p.z()}, radius_m, *found, squared);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

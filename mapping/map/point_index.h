@@ -1,4 +1,4 @@
-// Space in cubes that have a key each, for what is looked up by where it is.
+// Points, also of a dense cloud, by where they are: space in cubes that have a key each.
 #pragma once
 
 #include <Eigen/Core>
@@ -81,4 +81,4 @@ class DenseIndex {
   std::unique_ptr<const Tree> tree_;  // null where the cloud is empty
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -235,4 +235,4 @@ std::vector<Sights> SightsOfLines(const MapResult& map) {
   return all;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// How many voxels rays will take, before any is made.
+// Occupied and free space from what keyframes and views saw, how many voxels that will take, and a
+// map as what its building is made of.
 #pragma once
 
 #include <algorithm>
@@ -41,8 +42,6 @@ class VoxelEstimate {
   std::vector<Count> counts_;      // each with twice the voxel of the one before
 };
 
-// Occupied and free space, from what the keyframes saw.
-
 // The rays from each keyframe's left camera to each point of the map whose landmark it saw.
 std::vector<RayBundle> KeyframeRays(const OdometryRun& run, const std::vector<MapPoint>& points);
 
@@ -54,15 +53,11 @@ OccupancyMap MapOccupancy(const std::vector<RayBundle>& rays, const OccupancyOpt
 
 inline constexpr const char* kRayOutOfOctree = "rays_out_of_octree";
 
-// What views saw of the lines of a map: ways that are free.
-
 // Rays from each image that shows lines or marks of a map to places along what it shows of them, by
 // stamp and camera. Where walls are blank and stereo measures nothing, these are what is known to
 // be free. Their ends are as uncertain as their lines, and at least as uncertain as lines are that
 // turn out a little wrong.
 std::vector<Sights> SightsOfLines(const MapResult& map);
-
-// A map as what its building is made of.
 
 // All points of the dense cloud, the lines, and the places of the trajectory, with the sights and
 // what the lines add to them.
@@ -81,4 +76,4 @@ inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<Sights>
   return input;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

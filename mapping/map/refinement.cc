@@ -297,4 +297,4 @@ RigidTransform TurnAlongBuilding(OdometryRun* run) {
   return T_turned_run;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The way between two keyframes as the IMU tells it.
+// Better poses for every image, from the keyframes that were optimised for longer and the IMU
+// between them; and the world of a map: x and y along the building's main heading.
 #pragma once
 
 #include <cstdint>
@@ -44,8 +45,6 @@ class InertialPath {
   int64_t clock_ahead_ns_ = 0;  // of the IMU, against the camera's
 };
 
-// Better poses for every image, from the keyframes that were optimised for longer.
-
 // The online poses, each corrected as its neighbouring keyframes were corrected after they were
 // first estimated. A keyframe's correction is C = T_world_keyframe T_world_online^-1; between the
 // two keyframes around a pose (of its own segment) it is interpolated by time, beyond the first and
@@ -58,11 +57,9 @@ Trajectory RefineTrajectory(const OdometryRun& run, std::map<std::string, int64_
 // The poses of the keyframes, sorted by stamp.
 Trajectory KeyframeTrajectory(const std::vector<Keyframe>& keyframes);
 
-// The world of a map: x and y along the main heading of the building.
-
 // Turns all of a run about z so that the axes of the Manhattan world that most length of lines
 // follows are x and y, by at most 45 degrees. Returns the turn, T_turned_run: none of a run that
 // knows no heading, as of poses that were given, whose world somebody may have surveyed.
 RigidTransform TurnAlongBuilding(OdometryRun* run);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

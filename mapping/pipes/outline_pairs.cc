@@ -441,4 +441,4 @@ std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places,
   return widths;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

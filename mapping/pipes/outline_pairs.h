@@ -52,8 +52,6 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
                                                        const std::vector<size_t>& views,
                                                        const Progress& progress = {});
 
-// What the widths in which images show two outlines say of what is between them.
-
 // How badly bodies fit the pairs, each where it fits best: squared standard deviations, of which
 // large ones count less (Cauchy), in sum over two numbers a pair: the distance of the outlines from
 // each other, and their middle, which is as uncertain as poses are.
@@ -83,4 +81,4 @@ std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places,
                                          const PipeImages& images, double pose_sigma_m,
                                          const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

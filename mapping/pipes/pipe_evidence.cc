@@ -336,4 +336,4 @@ bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
          !IsFlat(cylinder, surface);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

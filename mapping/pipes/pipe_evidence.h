@@ -1,4 +1,4 @@
-// What speaks for a pipe, and what against it.
+// What speaks for a pipe, what against it, and whether it is enough.
 #pragma once
 
 #include <vector>
@@ -63,8 +63,6 @@ class CloudAboutPipes {
   DenseIndex index_;
 };
 
-// Whether what speaks for a pipe is enough.
-
 // Whether enough of the images show outlines on both sides, as of any pipe.
 bool ShowsBothSides(const RayEvidence& rays);
 
@@ -85,4 +83,4 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
 bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
                      const SurfaceEvidence& surface);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

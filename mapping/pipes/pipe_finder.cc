@@ -315,4 +315,4 @@ double TouchingShare(const Cylinder& cylinder, const Outline& outline, const Pip
          static_cast<double>(outline.rays.size());
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

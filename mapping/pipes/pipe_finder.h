@@ -1,4 +1,4 @@
-// The lines of a map as what they may be: outlines of pipes.
+// Pipes among the lines of a map, which may be their outlines.
 #pragma once
 
 #include <vector>
@@ -27,8 +27,6 @@ struct Outline {
 // evidence.
 std::vector<Outline> CollectOutlines(const MapResult& map, const PipeOptions& options);
 
-// Pipes among the lines of a map.
-
 struct PipeCandidate {
   PipeFit fit;
   std::vector<size_t> outlines;
@@ -44,4 +42,4 @@ std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
 // The share of an outline's rays that touch the cylinder.
 double TouchingShare(const Cylinder& cylinder, const Outline& outline, const PipeOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -160,4 +160,4 @@ void PipeOptions::Check() const {
 
 void PipeOptions::Read(YamlSection section) { kTable.Read(section, this); }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

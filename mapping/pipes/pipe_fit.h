@@ -1,4 +1,5 @@
-// Places as seen along an axis.
+// The cylinder that the outlines of a pipe in images are tangent to, places as seen along an axis,
+// and the options of the pipe stage.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -129,4 +130,4 @@ struct PipeOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

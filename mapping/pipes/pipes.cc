@@ -350,4 +350,4 @@ void AddPipes(const PipeOptions& options, const PipeImages* images, const Progre
   Leave(found.line_ids, &LineSupport::line_id, &map->line_evidence.supports);
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -25,4 +25,4 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options,
 void AddPipes(const PipeOptions& options, const PipeImages* images, const Progress& progress,
               MapResult* map);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

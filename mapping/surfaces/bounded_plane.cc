@@ -242,4 +242,4 @@ void RemoveFilledPoints(MapResult* map) {
                 [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// A rectangle of square cells on a plane.
+// The planes of a building as square cells, with lines at which surfaces may end; and points of the
+// dense cloud that lie on them, or fill them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -82,8 +83,6 @@ struct BoundedPlane {
 // rooms, without the holes in these.
 std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOptions& options);
 
-// Points of the dense cloud on the planes of the building.
-
 // Draws points whose depth is uncertain to the wall, floor or ceiling that they lie on: a point at
 // the distance d with the standard deviation s from a plane that surfaces follow to within p (of
 // its offset, and surface_sigma_m) moves to d p^2 / (p^2 + s^2), the best of what stereo and the
@@ -93,12 +92,10 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
 void DrawToPlanes(const Building& building, const PlaneOptions& options,
                   std::vector<DensePoint>* dense);
 
-// The points of planes that were filled, in a map.
-
 // Into the dense cloud and, as patches of surfaces spacing_m wide, into the occupancy.
 void AddFilledPoints(const std::vector<DensePoint>& filled, double spacing_m, MapResult* map);
 
 // From the dense cloud. The occupancy keeps what they said.
 void RemoveFilledPoints(MapResult* map);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -407,4 +407,4 @@ void RemoveJunctions(MapResult* map) {
                 [&](const LineCovariance& known) { return ids.contains(known.line_id); });
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Where two planes of a building meet, and what was measured of both surfaces there.
+// Where two planes of a building meet, and what was measured there: edges that images hardly show,
+// as those between walls and a ceiling of one paint.
 #pragma once
 
 #include <optional>
@@ -45,9 +46,6 @@ struct PlaneJunction {
 std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const SurfacePoints& second,
                                           const JunctionOptions& options);
 
-// Edges of a building that images hardly show, as those between walls and a ceiling of one paint:
-// where its planes meet.
-
 // A straight piece of a junction.
 struct JunctionEdge {
   const BuildingPlane* planes[2] = {nullptr, nullptr};
@@ -71,4 +69,4 @@ void AddJunctions(const JunctionOptions& options, const Progress& progress, MapR
 // Takes them out again.
 void RemoveJunctions(MapResult* map);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -59,4 +59,4 @@ void JunctionOptions::Check() const {
 }
 void JunctionOptions::Read(YamlSection section) { kJunctionTable.Read(section, this); }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The options of surfaces that are filled between what was measured of them.
+// The options of surfaces that are filled between what was measured of them, and of edges at which
+// planes of the building meet.
 #pragma once
 
 #include "data/io/yaml.h"
@@ -64,4 +65,4 @@ struct JunctionOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -319,4 +319,4 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
   return seen;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

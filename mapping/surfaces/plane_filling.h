@@ -1,4 +1,5 @@
-// Floors and ceilings of a storey beyond its rooms.
+// Surfaces that stereo does not measure everywhere, as blank walls, floors and ceilings, also
+// beyond rooms, filled where the building's planes and what was measured around agree.
 #pragma once
 
 #include <vector>
@@ -20,9 +21,6 @@ namespace slcmap::inline mapping {
 std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<Sights>& sights,
                                        const PlaneOptions& options, const Progress& progress = {});
 
-// Surfaces that stereo does not measure everywhere, as blank walls, floors and ceilings, filled
-// where the building's planes and what was measured around agree.
-
 // What is known of a building before.
 struct MeasuredBuilding {
   const std::vector<DensePoint>& dense;
@@ -42,4 +40,4 @@ struct MeasuredBuilding {
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -219,4 +219,4 @@ std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) 
   return around;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// What measured rays say of a plane.
+// What measured rays and points say of a plane's surface, and whether any view looks at a place of
+// it.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,8 +20,6 @@ namespace slcmap::inline mapping {
 // By cell: the rays that go through it to an end clearly behind it, from either side.
 cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
                       const PlaneOptions& options);
-
-// Whether any view looks at a place of a surface.
 
 // The left images of a rig's views. What is given has to live on.
 class PlaneWatch {
@@ -43,8 +42,6 @@ class PlaneWatch {
   std::vector<Eigen::Vector3d> centres_;
   int last_ = 0;
 };
-
-// What was measured of a plane's surface.
 
 // A surface around a place of a plane.
 struct SurfaceAround {
@@ -82,4 +79,4 @@ class MeasuredAround {
   std::unique_ptr<Tree> tree_, in_plane_, off_plane_, behind_;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -417,4 +417,4 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   return run;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -151,4 +151,4 @@ DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& r
   return grid;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The depth of a view at the nodes of a grid over its rectified left image.
+// The depth of a view at the nodes of a grid over its rectified left image, first by semi-global
+// matching of the pair, its slopes, and the options of dense mapping.
 #pragma once
 
 #include <Eigen/Core>
@@ -141,8 +142,6 @@ struct DenseOptions {
   void Read(YamlSection section);
 };
 
-// First depth of a view: semi-global matching of its rectified pair.
-
 // Between the cameras of a stereo rig.
 double Baseline_m(const Rig& rig);
 
@@ -154,4 +153,4 @@ double Baseline_m(const Rig& rig);
 DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
                       const DenseOptions& options);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// The stereo pairs that mapping looks at again, with their poses.
+// The stereo pairs that mapping looks at again, with their poses and cameras; and images of a
+// recording that are not there, or cannot be read.
 #pragma once
 
 #include <array>
@@ -80,4 +81,4 @@ class LostImages {
   std::set<std::string> paths_;
 };
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

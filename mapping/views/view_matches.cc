@@ -271,4 +271,4 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
   return agreement;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Points of one image, searched in another one near where they are expected.
+// Points of one view found again in another, near where the poses have them, and how well poses
+// agree with what the images show.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,8 +27,6 @@ struct PatchSearchOptions {
 std::vector<Eigen::Vector2f> SearchPatch(const cv::Mat& from, const Eigen::Vector2f& from_px,
                                          const cv::Mat& to, const PatchWarp& warp, double within_px,
                                          const PatchSearchOptions& options);
-
-// Points of one view found again in another, near where the poses have them.
 
 // A corner of a left image with the depth that its pair gives it.
 struct ViewPoint {
@@ -87,4 +86,4 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
 // Counts, as a warning of a map, that poses and images do not fit.
 inline constexpr const char* kPosesDisagree = "poses_disagree";
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -190,4 +190,4 @@ std::vector<PoseJump> FindJumps(const Trajectory& trajectory) {
   return jumps;
 }
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -1,4 +1,5 @@
-// Views between keyframes, where those are far apart.
+// Views between keyframes, where those are far apart; whether the world of given poses has up where
+// the accelerometer has it; and where given poses jump.
 #pragma once
 
 #include <Eigen/Core>
@@ -48,8 +49,6 @@ class SelectedImages : public ViewImages {
   const std::vector<size_t> selected_;
 };
 
-// Whether the world of poses that were given has up where the accelerometer has it.
-
 // The mean specific force at the poses, in their world, m/s^2: about (0, 0, 9.8) where they are
 // those of the IMU and z is up. Images stamped t were taken at t + camera_time_offset_s of the
 // IMU's clock. None where few poses have a sample within 20 ms, or
@@ -74,4 +73,4 @@ struct PoseJump {
 // Only steps of at most half a second are told from motion.
 std::vector<PoseJump> FindJumps(const Trajectory& trajectory);
 
-}  // namespace slcmap::inline mapping
+}  // namespace slcmap::mapping

@@ -133,4 +133,4 @@ void JacobianByBlock(const BlockKind& kind, const double* x, int rows, const dou
       Eigen::Map<const RowMajor>(by_tangent, rows, kind.tangent_size).lazyProduct(minus);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

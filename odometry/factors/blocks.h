@@ -1,4 +1,5 @@
-// The parameter blocks of the estimator and how they are perturbed.
+// The parameter blocks of the estimator, also of the rig's calibration: how many numbers they have,
+// how they are perturbed, and whether they are eliminated.
 #pragma once
 
 #include <ceres/manifold.h>
@@ -115,8 +116,6 @@ inline RigidTransform BodyFromImu(const double* block) {
           Eigen::Map<const Eigen::Vector3d>(block + kRowLever)};
 }
 
-// What a parameter block is: how many numbers it has, how it moves, and whether it is eliminated.
-
 ceres::Manifold* SharedPoseManifold();
 ceres::Manifold* SharedLineManifold();  // of general lines
 
@@ -164,4 +163,4 @@ void BlockMinus(const BlockKind& kind, const double* y, const double* x, double*
 void JacobianByBlock(const BlockKind& kind, const double* x, int rows, const double* by_tangent,
                      double* by_block);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

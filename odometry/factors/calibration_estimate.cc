@@ -285,4 +285,4 @@ CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMat
   return out;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// Which numbers of the calibration are taken to be as they were given.
+// What is known of the rig's calibration, what of it is estimated, and which numbers are taken to
+// be as they were given.
 #pragma once
 
 #include <Eigen/Core>
@@ -63,8 +64,6 @@ class NominalPrior {
   CalibrationVector weights_ = CalibrationVector::Zero();
 };
 
-// What is known of the rig's calibration, and what of it is estimated.
-
 CalibrationVector AsVector(const CalibrationState& state);
 
 // The standard deviations of what was given, 0 of what is not estimated.
@@ -123,4 +122,4 @@ CameraCalibrationBlock MakeCameraBlock(const CalibrationEstimate& estimate);
 CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
                              double sigma_scale);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

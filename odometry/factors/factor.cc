@@ -99,4 +99,4 @@ void ZeroVelocityResidual::EvaluateAt(const double* const* parameters, double* r
   d.leftCols<3>() = weight_ * Eigen::Matrix3d::Identity();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

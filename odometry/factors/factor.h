@@ -1,4 +1,5 @@
-// The base of the estimator's residuals: linear in tangent space, with first-estimate Jacobians.
+// The base of the estimator's residuals: linear in tangent space, with first-estimate Jacobians;
+// the prior, and the terms of what is as given and of standing still.
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -68,8 +69,6 @@ struct Prior {
   Eigen::VectorXd Difference(const double* const* parameters) const;
 };
 
-// The term of what is taken to be as the given calibration has it.
-
 // Block: a calibration block (see calibration.h), whose numbers are corrections of what was given.
 // r = weights * x, a row a number; a weight is one over a standard deviation, or 0.
 class AsGivenResidual final : public Factor {
@@ -84,8 +83,6 @@ class AsGivenResidual final : public Factor {
   Eigen::VectorXd weights_;
 };
 
-// The term of a state at which the rig was found to stand still.
-
 // Block: speed-and-bias. r = v / sigma, three rows.
 class ZeroVelocityResidual final : public Factor {
  public:
@@ -99,4 +96,4 @@ class ZeroVelocityResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

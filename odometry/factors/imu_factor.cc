@@ -331,4 +331,4 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   whiten(jacobians[4], by_calibration);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// IMU preintegration on the manifold (Forster et al., "On-Manifold Preintegration", TRO 2017).
+// IMU preintegration on the manifold (Forster et al., "On-Manifold Preintegration", TRO 2017), and
+// the IMU term between two neighbouring states of the window.
 #pragma once
 
 #include <Eigen/Core>
@@ -100,8 +101,6 @@ class Preintegration {
   ByErrors by_errors_;
 };
 
-// The IMU term between two neighbouring states of the window.
-
 // Where one end of an interval's samples was cut: at a stamp on the IMU's clock, and what the
 // gyroscope measured there.
 struct ImuCut {
@@ -147,4 +146,4 @@ RigidTransform ImuAtCut(const RigidTransform& T_world_body, const double* speed_
 RigidTransform BodyAtExposure(const RigidTransform& T_world_imu, const double* speed_bias,
                               const double* calibration, const ImuCut& cut);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -214,4 +214,4 @@ void PointOnFreeLineResidual::EvaluateAt(const double* const* parameters, double
   }
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// The terms that tie the directions of lines to an axis of a Manhattan world.
+// The terms that tie the directions of lines to an axis of a Manhattan world or to a shared slope,
+// and those that hold a point to the line it belongs to.
 #pragma once
 
 #include "data/core/types.h"
@@ -47,8 +48,6 @@ class SharedDeviationResidual final : public Factor {
   double weight_;
 };
 
-// The term that ties the direction of a line to a slope that it shares with others.
-
 // Blocks: slope, general line. As AlongAxisResidual, with the axes E across the slope and the
 // line's unit direction d:
 //
@@ -65,8 +64,6 @@ class AlongSlopeResidual final : public Factor {
  private:
   double weight_;
 };
-
-// The terms that hold a point to the line it belongs to.
 
 // Blocks: pose of the point's host, heading, structural line, point; for a vertical line without
 // the heading. With the axes E across the line and z = (x, y, 1), in the host's left camera C:
@@ -115,4 +112,4 @@ class PointOnFreeLineResidual final : public Factor {
   double weight_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -281,4 +281,4 @@ void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* re
   if (jacobians[last]) Eigen::Map<RowMajor4>(jacobians[last], rows(), 4) = d.by_line;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

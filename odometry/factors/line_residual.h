@@ -1,5 +1,5 @@
-// What the reprojection terms of all kinds of lines share: a line as a moment and a direction, and
-// how far the ends of an observed segment are from its image.
+// The reprojection terms of lines along an axis and of any direction, and what they share: how far
+// the ends of an observed segment are from a line's image.
 #pragma once
 
 #include <Eigen/Core>
@@ -66,8 +66,6 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
                                const PlueckerJacobian& line_jacobian, double* residuals,
                                LineReprojectionJacobian* jacobian);
 
-// The reprojection term of a line along an axis of a Manhattan world.
-
 // Blocks: pose, camera calibration (where it is bound), heading (but for a vertical line),
 // structural line. Rows as in EvaluateLineReprojection().
 class StructuralLineResidual final : public Factor {
@@ -87,8 +85,6 @@ class StructuralLineResidual final : public Factor {
   bool binds_cameras_;
 };
 
-// The reprojection term of a line of any direction.
-
 // Blocks: pose, camera calibration (where it is bound), general line. Rows as in
 // EvaluateLineReprojection().
 class GeneralLineResidual final : public Factor {
@@ -107,4 +103,4 @@ class GeneralLineResidual final : public Factor {
   StereoLineMeasurement measurement_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -39,4 +39,4 @@ void CalibrationOptions::Read(YamlSection section) {
   kCalibration.Read(section, this);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -49,4 +49,4 @@ struct CalibrationOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

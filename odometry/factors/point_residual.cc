@@ -196,4 +196,4 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
   }
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

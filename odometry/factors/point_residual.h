@@ -116,4 +116,4 @@ class HostPointResidual final : public Factor {
   int cameras_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

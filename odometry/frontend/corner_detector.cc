@@ -371,4 +371,4 @@ Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Vector2d& px) {
   return at;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

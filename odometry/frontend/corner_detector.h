@@ -1,4 +1,5 @@
-// How strong the noise of an image is, by brightness, as corner detection sees it.
+// Where an image has corners that can be located well, spread over it; how strong its noise is, by
+// brightness; and where the edges about a corner meet.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,8 +36,6 @@ class GradientNoise {
 
   std::vector<Level> levels_;  // where they could be measured
 };
-
-// Where an image has corners that can be located well, spread over it.
 
 struct CornerDetectorOptions {
   double min_response = 2;  // grey values a pixel across the direction of least texture
@@ -77,8 +76,6 @@ class CornerDetector {
   std::vector<std::vector<Corner>> corners_;  // by cell, the strongest first
 };
 
-// Where the edges about a corner meet.
-
 // The point that lies nearest to the straight lines along all edges about px, weighted by their
 // gradients (W. Förstner and E. Gülch, "A fast operator for detection and precise location of
 // distinct points, corners and centres of circular features", 1987). Where edges meet, the image
@@ -88,4 +85,4 @@ class CornerDetector {
 // image has 8 bit and one channel.
 Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Eigen::Vector2d& px);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

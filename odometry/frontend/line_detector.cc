@@ -252,4 +252,4 @@ std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& e
   return refined->segment;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

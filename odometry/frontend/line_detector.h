@@ -1,4 +1,4 @@
-// Finds the straight edges of a grey image.
+// Finds the straight edges of a grey image, and an edge again near where it is expected.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,8 +25,6 @@ std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetec
 // max_gap_px and those that lie upon each other.
 std::vector<LineSegment> JoinSegments(std::vector<LineSegment> segments, double max_gap_px);
 
-// Finds an edge again near where it is expected, without detecting edges.
-
 // The segment, at most gate_px across from `expected` (oriented), whose profile (see line_strip.h)
 // is the one given: placed to a fraction of a pixel, and as long as the edge goes on. Nothing where
 // the correlation is below min_correlation or another place within the gate fits as well.
@@ -34,4 +32,4 @@ std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& e
                                       const Eigen::VectorXf& profile, double gate_px,
                                       double min_correlation);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -363,4 +363,4 @@ std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv:
   return matches;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

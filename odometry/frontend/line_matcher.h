@@ -1,4 +1,5 @@
-// What an edge looks like, to tell it from others: the line band descriptor (LBD).
+// Says which segments of two images are the same edge, by the line band descriptor (LBD) and the
+// pictures beside them. A wrong match is far worse than none.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +19,6 @@ cv::Mat DescribeSegments(const cv::Mat& image, const std::vector<LineSegment>& s
 // Bits that differ, of 256.
 int DescriptorDistance(const cv::Mat& a, const cv::Mat& b);
 
-// The pictures beside segments, and how alike they are.
-
 inline constexpr int kProfileReach_px = 10;  // to either side of a segment
 
 // The mean brightness across a segment, a value a pixel, from reach_px on the right of its
@@ -35,8 +34,6 @@ double ProfileCorrelation(const Eigen::VectorXf& a, const Eigen::VectorXf& b);
 // `across` (unit) at places spread evenly over its segment.
 double StripCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
                         const LineSegment& b, const Eigen::Vector2d& across);
-
-// Says which segments of two images are the same edge. A wrong match is far worse than none.
 
 // Where a known edge is looked for.
 struct ExpectedSegment {
@@ -66,4 +63,4 @@ std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv:
                                             const std::vector<LineSegment>& right,
                                             const LineMatcherOptions& options);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -341,4 +341,4 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
   return refined;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

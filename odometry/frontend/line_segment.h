@@ -1,4 +1,5 @@
-// Small geometry of oriented segments in an image: start to end has the bright side on its left.
+// Oriented segments in an image (start to end has the bright side on its left): their geometry, and
+// their place on an edge to a fraction of a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,8 +51,6 @@ using EdgeProfile = std::array<double, 2 * kEdgeReach + 1>;
 // where they don't tell.
 double ShadingShift_px(const std::vector<EdgeProfile>& profiles);
 
-// Places a segment on an edge to a fraction of a pixel, by the brightness profiles across it.
-
 struct LineRefinementOptions {
   double reach_px = 2;         // across the segment, how far its edge may be from where it is given
   double step_px = 3;          // between profiles, along the segment
@@ -77,4 +76,4 @@ double MeanContrast(const cv::Mat& image, const LineSegment& segment);
 std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegment& segment,
                                             const LineRefinementOptions& options);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

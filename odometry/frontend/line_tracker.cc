@@ -389,4 +389,4 @@ const std::vector<LineObservation>& LineTracker::observations() const {
   return impl_->observations();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// Chooses which of the segments found become tracked lines.
+// Straight edges, followed from keyframe to keyframe and from left to right, and which of the
+// segments found become tracked lines.
 #pragma once
 
 #include <Eigen/Core>
@@ -62,4 +63,4 @@ class LineTracker {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

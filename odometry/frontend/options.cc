@@ -90,4 +90,4 @@ void LineTrackerOptions::Read(YamlSection section) {
   kLineTracker.Read(section, this);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -68,4 +68,4 @@ struct LineTrackerOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

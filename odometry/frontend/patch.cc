@@ -289,4 +289,4 @@ std::optional<RowMatch> SearchRow(const cv::Mat& left, const cv::Mat& right,
   return best;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,5 +1,5 @@
-// A small piece of an image as a reference, and its alignment to sub-pixel accuracy in other
-// images.
+// A small piece of an image as a reference, its alignment to sub-pixel accuracy in other images,
+// and its place along the same row of the right one.
 #pragma once
 
 #include <Eigen/Core>
@@ -78,4 +78,4 @@ struct RowMatch {
 std::optional<RowMatch> SearchRow(const cv::Mat& left, const cv::Mat& right,
                                   const Eigen::Vector2f& left_px, int max_disparity_px);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -255,4 +255,4 @@ const std::vector<PointObservation>& PointTracker::observations() const {
   return impl_->observations();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -46,4 +46,4 @@ class PointTracker {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -188,4 +188,4 @@ bool RepeatedImages::Repeats(const cv::Mat& image) {
   return repeats;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// Brings the images of a stereo rig (also a fisheye one) to a common ideal pinhole.
+// Brings the images of a stereo rig (also a fisheye one) to a common ideal pinhole, and tells those
+// that a hanging camera has delivered again.
 #pragma once
 
 #include <array>
@@ -50,4 +51,4 @@ class RepeatedImages {
   cv::Mat last_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

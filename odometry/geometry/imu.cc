@@ -80,4 +80,4 @@ void ImuBuffer::DropBefore(int64_t stamp_ns) {
   while (samples_.size() > 2 && samples_[1].stamp_ns <= stamp_ns) samples_.pop_front();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// Linear errors of an IMU as the odometry estimates them: scale and axes of both sensors.
+// The IMU samples that are still needed, how steady they are, and the linear errors of an IMU as
+// the odometry estimates them: scale and axes of both sensors.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,8 +60,6 @@ inline ImuCorrection MakeCorrection(const ImuErrors& errors) {
   return correction;
 }
 
-// How steady IMU samples are.
-
 // Mean and standard deviation (of the vectors' distance from their mean).
 struct ImuSpread {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -111,4 +110,4 @@ class ImuBuffer {
   std::deque<ImuSample> samples_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -105,4 +105,4 @@ Matrix32d AxesAcrossSlope(const double* slope) {
   return across;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// Lines along an axis of a Manhattan world, with two degrees of freedom.
+// Lines along an axis of a Manhattan world, of any direction, and along slopes; and what the
+// estimator expects to see of the lines that it knows.
 #pragma once
 
 #include <Eigen/Core>
@@ -52,8 +53,6 @@ Eigen::Vector3d CrossingPoint(const StructuralLine& line, double heading_rad, co
 StructuralLineBlock StructuralLineThrough(const StructuralLine& line, double heading_rad,
                                           const Eigen::Vector3d& p_world);
 
-// Lines of any direction, with four degrees of freedom.
-
 // A general line block is (q as x y z w, phi in rad), the orthonormal representation of Pluecker
 // coordinates (Bartoli and Sturm, CVIU 2005). With U = R(q) = (u1, u2, u3) and an anchor, a
 // constant point of the world:
@@ -104,8 +103,6 @@ SlopeBlock MakeSlope(const Eigen::Vector3d& direction);
 Eigen::Vector3d SlopeDirection(const double* slope);
 Matrix32d AxesAcrossSlope(const double* slope);
 
-// What the estimator expects to see of the lines that it knows.
-
 // Where a line that the estimator knows in 3D is expected in the next pair, in pixels of the
 // rectified cameras, clipped to the image.
 struct LinePrediction {
@@ -115,4 +112,4 @@ struct LinePrediction {
   double sigma_px = 1;  // of its place across the line
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -135,4 +135,4 @@ double RightRectification::RowsOff_px(const RightCorrection& is) const {
   return off_px;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

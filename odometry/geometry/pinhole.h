@@ -1,4 +1,5 @@
-// Pixels of a rectified camera, which is a pinhole, and points on its plane z = 1.
+// Pixels of a rectified camera, which is a pinhole, and points on its plane z = 1; how places in
+// rectified images move with the cameras behind them; corrected right images.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,9 +27,6 @@ inline LineSegment PlaneFromPixel(const Camera& camera, const LineSegment& segme
 inline LineSegment PixelFromPlane(const Camera& camera, const LineSegment& on_plane) {
   return {PixelFromPlane(camera, on_plane.start), PixelFromPlane(camera, on_plane.end)};
 }
-
-// How places in rectified images move with the focal lengths and the principal points of the
-// cameras behind them.
 
 // How a camera differs from the one that was given: by which share its focal lengths are longer,
 // and its principal point, in px of the image as it was recorded.
@@ -126,4 +124,4 @@ class RightRectification {
   RightCorrection correction_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

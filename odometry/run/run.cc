@@ -45,4 +45,4 @@ bool UsesStructure(Method method) {
   return method == Method::kStructural || method == Method::kSlc;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// The methods of odometry: which landmarks and sensors it uses.
+// What odometry hands to mapping: the contents of a run folder, in memory. Its method, and what it
+// knows about itself, in figures.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,8 +34,6 @@ std::string MethodName(Method method);
 bool UsesLines(Method method);
 bool UsesStructure(Method method);  // lines along the building's axes
 
-// What a run knows about itself, in figures.
-
 // Of a figure that is measured again and again.
 struct FigureSummary {
   double mean = 0;
@@ -68,8 +67,6 @@ inline constexpr std::array<std::pair<const char*, FigureSummary RunFigures::*>,
      {"turn_rate_rad_s", &RunFigures::turn_rate_rad_s},
      {"acceleration_m_s2", &RunFigures::acceleration_m_s2},
      {"seen_right", &RunFigures::seen_right}}};
-
-// What odometry hands to mapping: the contents of a run folder, in memory.
 
 // A pose as odometry first gave it out, at the moment of its image, with no look-ahead.
 struct OnlineState {
@@ -265,4 +262,4 @@ void TakeNew(const std::vector<Item>& items, size_t* mark, std::vector<Item>* ta
   *mark = items.size();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

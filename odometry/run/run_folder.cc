@@ -214,4 +214,4 @@ std::string RunIdIn(const std::string& folder) {
   return run.id;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

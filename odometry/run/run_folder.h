@@ -33,4 +33,4 @@ OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& optio
 // The id of the finished run in a folder; "" where there is none that says so.
 std::string RunIdIn(const std::string& folder);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -27,9 +27,6 @@
 
 namespace slcmap::inline odometry {
 
-// What the journal of a run says of the run so far, and of its own files, so that damage is told
-// from what was not yet written. Include in .cc files only.
-
 // How many rows were written, and their checksum.
 class WrittenRows {
  public:
@@ -407,4 +404,4 @@ OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed) {
   return run;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// What readers do where the user takes files that are not as they were written.
+// A run that is written as it goes, the files that say where it came from (raw_rig.json,
+// options.yaml, images.csv), and what readers do with files that were changed.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -27,8 +28,6 @@ void ReadOrLeaveOut(bool accept_changed, const char* warning, OdometryRun* run, 
     spdlog::warn("{}; left out", error.what());
   }
 }
-
-// The files that say where a run came from: raw_rig.json, options.yaml and images.csv.
 
 // Their names.
 std::vector<std::string> RunSourceFiles();
@@ -88,4 +87,4 @@ bool HasRunJournal(const std::string& run_folder);
 // were written, unless those are accepted.
 OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed = false);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

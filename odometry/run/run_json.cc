@@ -484,4 +484,4 @@ RunTimings ReadTimings(const std::string& path) {
   });
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

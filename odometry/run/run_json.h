@@ -48,4 +48,4 @@ Rig ReadRig(const std::string& path);
 void WriteTimings(const std::string& path, const RunTimings& timings);
 RunTimings ReadTimings(const std::string& path);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

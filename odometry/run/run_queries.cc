@@ -264,4 +264,4 @@ Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstim
   return rig;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

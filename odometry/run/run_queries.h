@@ -1,5 +1,5 @@
-// What is reported of a run's lines: which were merged, their form in lines.ply, and how long they
-// lived.
+// What is reported of a run's lines and points, the rig with what the run has found of its
+// calibration, and a run without values that are not finite or beyond limits.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,6 @@ LineTrackLengths ComputeTrackLengths(
     std::vector<int> keyframes);  // of each line; of no lines: zeros
 LineTrackLengths MeasureLineTracks(const std::vector<Line>& lines);
 
-// What is reported of a run's points.
-
 // How many points keyframes saw, and how many of them a single one: where that is most of them,
 // there was little to see but noise, or they were lost from keyframe to keyframe.
 struct PointTrackLengths {
@@ -53,10 +51,8 @@ bool IsFinite(const OdometryRun& run);
 // them in warnings.
 OdometryRun WithoutNonFinite(OdometryRun run);
 
-// A rig with what a run has found of its calibration.
-
 // `given` as the run was given it, raw, with its rectified form; the estimate's corrections are
 // those of calibration.h.
 Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstimate& estimate);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -474,4 +474,4 @@ void ReadCalibration(const CsvTable& table, OdometryRun* run) {
   }
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -89,4 +89,4 @@ void ReadLineMerges(const CsvTable& table, OdometryRun* run);
 void ReadImu(const CsvTable& table, OdometryRun* run);
 void ReadCalibration(const CsvTable& table, OdometryRun* run);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

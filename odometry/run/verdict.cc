@@ -311,4 +311,4 @@ Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options) {
   return verdict;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,4 @@
-// When a run is to be believed; see judge.h.
+// Whether a run can be believed, by what it knows about itself, and the limits of that.
 #pragma once
 
 #include <string>
@@ -44,10 +44,8 @@ struct VerdictOptions {
   std::string ToYaml() const;
 };
 
-// Whether a run can be believed, by what it knows about itself.
-
 // Pure: of the run's figures, states, warnings and source. Of a run without figures, as one of an
 // earlier version, what the states say.
 Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -123,4 +123,4 @@ void LineDeviations::Solve() {
   for (BuildingDeviation& deviation : of_) deviation.Solve();
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

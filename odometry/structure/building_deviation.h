@@ -105,4 +105,4 @@ class LineDeviations {
   std::array<BuildingDeviation, 2> of_;  // of the axes, of slopes
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -354,4 +354,4 @@ std::optional<LineClass> LineClassifier::Classify(
   return possible == 1 ? best : std::nullopt;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

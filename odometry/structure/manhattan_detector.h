@@ -1,4 +1,5 @@
-// The plane through the camera's centre and a segment, and how well a direction fits it.
+// Finds the headings of a building from the segments of its images, by planes through the camera's
+// centre, and which of the building's directions a line follows.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,8 +43,6 @@ struct VanishingAngle {
 };
 VanishingAngle AngleToVanishingPoint(const InterpretationPlane& plane,
                                      const Eigen::Vector3d& direction, double direction_sigma_rad);
-
-// Finds the headings of a building from the segments of its images.
 
 // A direction of a building's horizontal axes and what speaks for it. Shares are of the length of
 // all segments that could be horizontal (those of directions already known left out).
@@ -112,8 +111,6 @@ class ManhattanDetector {
   std::vector<Eigen::Vector3d> known_slopes_world_;
 };
 
-// Which of a building's directions a line follows.
-
 struct LineClass {
   LineAxis axis = LineAxis::kNone;
   int world = -1;  // index into the headings; -1 for the vertical, which all worlds share
@@ -151,4 +148,4 @@ class LineClassifier {
   double end_sigma_;  // on the plane z = 1
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

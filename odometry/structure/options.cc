@@ -100,4 +100,4 @@ void BuildingDeviationOptions::Check() const {
 }
 void BuildingDeviationOptions::Read(YamlSection section) { kBuildingDeviation.Read(section, this); }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

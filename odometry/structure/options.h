@@ -128,4 +128,4 @@ struct BuildingDeviationOptions {
   void Read(YamlSection section);
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

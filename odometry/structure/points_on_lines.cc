@@ -212,4 +212,4 @@ void PointsOnLines::MergeLine(int64_t line_id, int64_t into_line_id) {
   ReleaseLine(line_id);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -61,4 +61,4 @@ class PointsOnLines {
   std::set<PointOnLine> verified_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -157,4 +157,4 @@ void SlopeDetector::Reset() {
   keyframes_ = 0;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

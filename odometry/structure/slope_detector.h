@@ -72,4 +72,4 @@ bool MaySlope(const SlopeOptions& options, const FreeLine& line,
               const std::vector<Eigen::Vector3d>& axes_world,
               const std::vector<SlopeBlock>& slopes);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -517,4 +517,4 @@ OnlineState Estimator::GetState(const FrameState& frame) const {
   return state;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

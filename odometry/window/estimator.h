@@ -176,4 +176,4 @@ class Estimator {
   std::optional<StartedKeyframe> keyframe_;  // last: its end is waited for before all else goes
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

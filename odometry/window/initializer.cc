@@ -296,4 +296,4 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
   return result;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -74,4 +74,4 @@ struct Flow {
 Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
                 const Eigen::Quaterniond& R_b_a = Eigen::Quaterniond::Identity());
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -266,4 +266,4 @@ std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const 
       equations.squared_residuals - equations.gradient.dot(step), equations.rows - kPointSize};
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -68,4 +68,4 @@ struct PointPlace {
 // to: one Gauss-Newton step from its estimate. Nothing where they do not tell.
 std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

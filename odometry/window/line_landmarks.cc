@@ -392,4 +392,4 @@ Line Describe(const LineLandmark& line) {
   return out;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

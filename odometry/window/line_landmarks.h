@@ -1,5 +1,5 @@
 // What happens to the lines of a window: they are registered, classified, triangulated, judged,
-// merged, predicted and described.
+// merged, predicted and described; and given up with their heading or slope.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -92,8 +92,6 @@ Eigen::Vector3d ComputeMiddle(const LineLandmark& line);
 // covariance is to be set.
 Line Describe(const LineLandmark& line);
 
-// Lines that follow a heading or a slope of their window.
-
 // Withdraws those of the window's headings or slopes that most of their lines were given up for,
 // and retires the rest of these lines. `followed` is what of a line names the one that it follows,
 // `name` what the log calls one. Returns the ids of the retired lines.
@@ -123,4 +121,4 @@ std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLa
   return retired;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -293,4 +293,4 @@ std::vector<SlopeBlock> CollectSlopes(const WindowState& window) {
   return slopes;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -1,4 +1,5 @@
-// How lines that may deviate from the axes of the building are tied to them, and to each other.
+// How lines that may deviate from the axes of the building, or follow a slope, are tied to what
+// they share, and whether points that follow a line lie on it in space.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +35,6 @@ void RemoveShared(WindowState* window);
 // straight with what the newest frame sees. Returns their ids.
 std::unordered_set<int64_t> FinishPieces(const LineDeviations& deviations, const CostModel& model,
                                          WindowState* window);
-
-// Whether points that follow a line in the images lie on it in space.
 
 enum class Membership {
   kHolds,
@@ -74,9 +73,6 @@ void MergeMembers(int64_t line_id, int64_t into_line_id, PointsOnLines* membersh
 void RemoveMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
                    WindowState* window);
 
-// What happens to the lines of a window that follow a slope: they are found among those that follow
-// no axis, tied to what they share, and judged.
-
 // A line that follows no axis, as its observations in the window have it.
 struct FittedLine {
   FreeLine line;
@@ -107,4 +103,4 @@ std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowStat
 // What the angles of all slopes are, of those that were withdrawn too.
 std::vector<SlopeBlock> CollectSlopes(const WindowState& window);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -265,4 +265,4 @@ std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& li
   return std::minmax({*start, *end});
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -48,4 +48,4 @@ std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& li
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

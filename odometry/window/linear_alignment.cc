@@ -311,4 +311,4 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
   return out;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

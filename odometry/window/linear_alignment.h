@@ -1,4 +1,5 @@
-// The gyroscope's bias as images alone tell it, before anything else is known.
+// The closed-form start of visual-inertial estimation in motion, and the gyroscope's bias as images
+// alone tell it, before anything else is known.
 #pragma once
 
 #include <memory>
@@ -20,8 +21,6 @@ namespace slcmap::inline odometry {
 std::optional<Eigen::Vector3d> GyroBiasFromImages(
     const std::vector<std::unique_ptr<FrameState>>& frames, const StereoGeometry& geometry,
     const ImuNoise& noise, double apart_s);
-
-// The closed-form start of visual-inertial estimation in motion.
 
 // The state of one frame in the body frame of the first one.
 struct LinearState {
@@ -50,4 +49,4 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
                                              const ImuErrors& errors = ImuErrors::Zero(),
                                              double felt_gravity_m_s2 = kGravity_m_s2);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -330,4 +330,4 @@ Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
   return PriorFromRows(ProjectOut(all.leftCols(first), all.rightCols(all.cols() - first)), layout);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

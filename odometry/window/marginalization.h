@@ -1,4 +1,5 @@
-// How well the states of a window are known, against each other.
+// Folds states and landmarks that leave the window into the prior; and how well the states of a
+// window are known, against each other.
 #pragma once
 
 #include <Eigen/Core>
@@ -46,8 +47,6 @@ class WindowCovariance {
   Eigen::MatrixXd pose_covariance_;  // of the scaled tangents
 };
 
-// Folds states and landmarks that leave the window into the prior.
-
 // The prior on the remaining blocks that is left of `prior` and `terms` once `dropped` (state
 // blocks) and every landmark that the terms speak of are marginalised. In square-root form:
 // landmarks are removed by projection on the null space of their columns, states by a QR
@@ -59,4 +58,4 @@ class WindowCovariance {
 Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
                   const std::vector<double*>& dropped);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -124,4 +124,4 @@ void LineLandmarkOptions::Read(YamlSection section) {
   kLineLandmark.Read(section, this);
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

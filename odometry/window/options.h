@@ -140,4 +140,4 @@ struct EstimatorOptions {
   BuildingDeviationOptions building_deviation;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -218,4 +218,4 @@ Landmark Describe(const PointLandmark& landmark, const CostModel& model,
   return out;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

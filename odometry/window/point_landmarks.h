@@ -1,4 +1,5 @@
-// The inverse depth of a point from everything that has seen it.
+// What happens to the points of a window: they are registered, triangulated from everything that
+// has seen them, judged and described.
 #pragma once
 
 #include <optional>
@@ -19,8 +20,6 @@ namespace slcmap::inline odometry {
 std::optional<double> TriangulateInverseDepth(const PointLandmark& landmark,
                                               const StereoGeometry& geometry,
                                               const PointTriangulationOptions& options);
-
-// What happens to the points of a window: they are registered, triangulated, judged and described.
 
 // Adds the frame to every landmark that it measures; new landmarks are made.
 void RegisterPoints(FrameState* frame, WindowState* window);
@@ -52,4 +51,4 @@ int TriangulatedCount(const WindowState& window);
 Landmark Describe(const PointLandmark& landmark, const CostModel& model,
                   const WindowCovariance& window);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -310,4 +310,4 @@ WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window) {
   return fit;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

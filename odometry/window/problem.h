@@ -1,4 +1,5 @@
-// The terms of a window's cost, one Add...() a kind.
+// The terms of a window's cost, one Add...() a kind, and how well measurements fit the states that
+// were estimated from them.
 #pragma once
 
 #include <ceres/loss_function.h>
@@ -73,8 +74,6 @@ FixedTerm FixedLineTerm(const LineLandmark& line, const FrameState& frame, const
 FixedTerm FixedAlongAxisTerm(const LineLandmark& line, const CostModel& model);
 std::vector<FixedTerm> FixedTerms(const WindowState& window, const CostModel& model);
 
-// How well measurements fit the states that were estimated from them.
-
 // Of the IMU's measurement between two states.
 struct ImuFit {
   double chi2 = 0;               // squared residual of a row, by its variance: 1 as claimed
@@ -115,4 +114,4 @@ struct WindowFit {
 // All but the points, which are judged where they are rejected.
 WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

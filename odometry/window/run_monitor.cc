@@ -40,4 +40,4 @@ RunFigures FigureCollector::Figures() const {
   return figures;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

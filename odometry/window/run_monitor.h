@@ -1,4 +1,5 @@
-// A figure that is measured again and again, of which no value is kept.
+// What a run knows about itself while it goes on: figures that are measured again and again, of
+// which no value is kept, and wall time by stage.
 #pragma once
 
 #include <algorithm>
@@ -116,4 +117,4 @@ class StageClock {
   std::vector<StageTiming> stages_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -461,4 +461,4 @@ void SlidingWindow::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
   }
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

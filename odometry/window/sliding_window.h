@@ -138,4 +138,4 @@ class SlidingWindow {
   WindowFit fit_;
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

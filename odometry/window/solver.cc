@@ -413,4 +413,4 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
   return summary;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

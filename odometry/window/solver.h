@@ -1,4 +1,5 @@
-// Cholesky factorisation of a matrix whose leading blocks hardly know of each other.
+// Minimises terms and a prior over the parameter blocks they bind, by normal equations with the
+// points eliminated.
 #pragma once
 
 #include <Eigen/Core>
@@ -95,8 +96,6 @@ class NormalEquations {
   std::vector<int> leading_sizes_;  // of its first blocks, the lines that the prior does not bind
 };
 
-// Minimises terms and a prior over the parameter blocks they bind.
-
 struct SolverOptions {
   int max_iterations = 6;
   double function_tolerance = 1e-4;  // relative change of the cost at which it stops
@@ -124,4 +123,4 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
                     const SolverOptions& options, StateInformation* information = nullptr);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

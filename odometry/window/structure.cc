@@ -316,4 +316,4 @@ void Structure::Reset() {
   merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

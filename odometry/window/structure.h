@@ -88,4 +88,4 @@ class Structure {
   std::unordered_set<int64_t> misplaced_;  // lines that Update() has retired
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -196,4 +196,4 @@ std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera
   return lines;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

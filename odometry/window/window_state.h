@@ -1,4 +1,5 @@
-// What the sliding window holds: states, landmarks, and the prior.
+// What the sliding window holds: states, landmarks, and the prior; what a later image still shows
+// of it, and its lines and directions as a frame's cameras see them.
 #pragma once
 
 #include <Eigen/Core>
@@ -190,8 +191,6 @@ std::vector<LineLandmark*> CollectLines(const PointLandmark& landmark, WindowSta
 // The position of a triangulated landmark.
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry);
 
-// How much of what the last keyframe saw a later image still shows.
-
 // The points of the last keyframe, and those of them that a later frame has.
 struct KeptPoints {
   int all = 0, kept = 0;
@@ -210,8 +209,6 @@ struct KeptPoints {
 KeptPoints CountKept(const WindowState& window, const FrameState& frame,
                      const std::optional<std::unordered_set<int64_t>>& followed);
 
-// Lines and directions of a window as a frame's cameras see them.
-
 // Where the estimated lines are expected in a frame's cameras, in pixels of the rectified images.
 std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
                                          const Rig& rectified_rig);
@@ -224,4 +221,4 @@ std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const Frame
 // What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
 std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

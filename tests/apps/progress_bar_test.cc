@@ -16,7 +16,7 @@ namespace slcmap::inline commands {
 
 bool Interrupted() { return false; }  // stands for that of main.cc
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands
 
 namespace slcmap {
 

@@ -6,7 +6,7 @@ namespace slcmap::inline commands {
 
 bool Interrupted() { return false; }  // main.cc's, where there are signals
 
-}  // namespace slcmap::inline commands
+}  // namespace slcmap::commands
 
 namespace slcmap {
 

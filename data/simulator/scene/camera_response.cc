@@ -127,4 +127,4 @@ cv::Mat CameraResponse::Develop(const cv::Mat& radiance, const Exposure& exposur
   return image;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -1,4 +1,5 @@
-// Random numbers that depend on a counter only, not on who asked before.
+// From radiance to grey values: exposure, vignetting, noise and 8 bits; and random numbers that
+// depend on a counter only, not on who asked before.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +23,6 @@ inline uint32_t Mixed(uint32_t a, uint32_t b) { return Mixed(a + 0x9e3779b9u * (
 
 // Uniform in [0, 1).
 inline float UnitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
-
-// From radiance to grey values: exposure, vignetting, noise and 8 bits.
 
 // The variance of a signal I at gain g is g^2 read_noise_grey^2 + g 255 I / full_well_electrons,
 // all in grey values: with shares of full scale instead, (g read_noise_grey / 255)^2 +
@@ -72,4 +71,4 @@ class CameraResponse {
   std::vector<uint8_t> grey_of_signal_;  // of 16 steps a grey value
 };
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

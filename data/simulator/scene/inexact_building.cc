@@ -400,4 +400,4 @@ void WriteDeviations(const std::string& folder, const Scene& scene) {
   WriteFile(folder + "/edge_deviations.csv", EdgeRows(*scene.inexact));
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -27,4 +27,4 @@ void MakeInexact(const InexactOptions& options, Scene* scene);
 // OutputError.
 void WriteDeviations(const std::string& folder, const Scene& scene);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

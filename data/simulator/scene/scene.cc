@@ -248,4 +248,4 @@ CameraResponseOptions ReadSceneCamera(const std::string& path) {
   return camera;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

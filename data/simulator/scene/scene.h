@@ -1,4 +1,5 @@
-// How far a simulated building is from plumb, straight and parallel.
+// What a simulated building consists of: textured triangles, lamps, and its true edges; and how far
+// it is from plumb, straight and parallel.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -23,8 +24,6 @@ struct InexactOptions {
   void Read(YamlSection section);
   void Check() const;  // throws ConfigError
 };
-
-// What a simulated building consists of: textured triangles, lamps, and its true edges.
 
 // What a surface is made of; each kind is a procedural texture with detail at all scales.
 enum class TextureKind {
@@ -192,4 +191,4 @@ InexactOptions ReadSceneInexact(const std::string& path);
 // for the rest. Throws as above.
 CameraResponseOptions ReadSceneCamera(const std::string& path);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

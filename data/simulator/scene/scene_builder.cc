@@ -256,4 +256,4 @@ Scene SceneBuilder::Finish(const Progress& progress, bool fittings_apart) {
   return scene;
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

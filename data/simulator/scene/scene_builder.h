@@ -78,4 +78,4 @@ std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges,
 // Uniform in [low, high); the same on each machine.
 double UniformIn(double low, double high, std::mt19937* generator);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

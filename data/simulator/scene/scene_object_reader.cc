@@ -448,4 +448,4 @@ void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

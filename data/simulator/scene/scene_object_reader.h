@@ -17,4 +17,4 @@ using MaterialNames = std::map<std::string, uint32_t>;  // to indices of the bui
 void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
                 SceneBuilder* builder);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

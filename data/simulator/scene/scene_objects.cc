@@ -311,4 +311,4 @@ void AddCeilingLamp(const Vector2d& size, double radiance, uint32_t lamp, uint32
   builder->AddBorder(a, u, v);
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

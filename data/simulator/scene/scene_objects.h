@@ -55,4 +55,4 @@ void AddStairs(int steps, double rise, double run, double width, uint32_t step, 
 void AddCeilingLamp(const Eigen::Vector2d& size, double radiance, uint32_t lamp, uint32_t housing,
                     SceneBuilder* builder);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

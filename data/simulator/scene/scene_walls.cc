@@ -271,4 +271,4 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
   }
 }
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data

@@ -35,4 +35,4 @@ struct WallSpec {
 void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int wing,
              SceneBuilder* builder);
 
-}  // namespace slcmap::inline data
+}  // namespace slcmap::data
