@@ -66,7 +66,7 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form) {
           ->capture_default_str(),
       command.add_option("--poses-stamps", form->stamps,
                          "Unit of the poses' stamps: ns, us, ms or s; or a file with the stamp of "
-                         "each row (default: told by their size)"),
+                         "each row (default: told by their rate and times)"),
       command.add_option("--poses-offset", form->offset_s, "Added to the poses' stamps [s]")
           ->capture_default_str()};
 }

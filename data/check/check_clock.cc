@@ -108,7 +108,10 @@ class ClockJudge {
     const int64_t by_ns = 100'000 * std::llround(1e4 * by_s);  // steps are not that even
     const int64_t offset_ns = of_images ? ToNanoseconds(rig_.camera_time_offset_s) : 0;
     const int64_t last_ns = gap.from_ns - offset_ns;
-    const char* tables = of_images ? "cam0/data.csv and cam1/data.csv" : "imu0/data.csv";
+    const int64_t within_ns =
+        last_ns + (gap.to_ns - gap.from_ns) / 2;  // stamps of a pair may differ
+    const char* of_cameras = IsStereo(rig_) ? "cam0/data.csv and cam1/data.csv" : "cam0/data.csv";
+    const char* tables = of_images ? of_cameras : "imu0/data.csv";
     report->Fail(
         "clock",
         report->Named(fmt::format(
@@ -119,7 +122,7 @@ class ClockJudge {
             of_images ? "IMU samples" : "images", turned_s, of_images ? "later" : "earlier")),
         fmt::format("let nothing set the recorder's clock while it records (NTP); of this "
                     "recording, take {} from the stamps of {} after {}",
-                    by_ns, tables, last_ns));
+                    by_ns, tables, within_ns));
   }
 
   const SequenceSource& source_;

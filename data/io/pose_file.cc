@@ -39,7 +39,8 @@ StampFigures SelectFigures(const FileText& file) {
   std::vector<double> steps;
   double before = 0;
   for (const RowText& row : file.rows) {
-    const double stamp = ParseNumber(row.stamp).value_or(0);
+    const double stamp = ParseNumber(row.stamp).value_or(NAN);
+    if (!std::isfinite(stamp)) continue;  // refused once the unit is known
     if (&row != &file.rows[0] && stamp != before) steps.push_back(std::abs(stamp - before));
     figures.least = std::min(figures.least, stamp);
     figures.most = std::max(figures.most, stamp);
@@ -66,7 +67,10 @@ UnitFit ComputeFit(const StampUnit& unit, const StampFigures& stamps, double off
   const bool is_rate = step_s == 0 || (kLeastStep_s <= step_s && step_s <= kMostStep_s);
   UnitFit fit{&unit, (is_rate ? 3 : 0) + (size_s >= kDate_s ? 2 : 0), 1};
   const double from_s = scale * stamps.least + offset_s, to_s = scale * stamps.most + offset_s;
-  if (clock.empty()) return fit;
+  if (clock.empty()) {
+    if (size_s >= kDate_s) fit.rank += 2;  // more than a rate, which sparse poses have not
+    return fit;
+  }
   const double start_s = ToSeconds(clock.front()), end_s = ToSeconds(clock.back());
   const bool is_on = from_s <= end_s && start_s <= to_s;
   if (is_on) fit.rank += 2;
@@ -87,14 +91,24 @@ double ShareOfNumbers(const FileText& file, const StampFigures& stamps, const Cl
   double before = -1;
   for (const RowText& row : file.rows) {
     const double number = ParseNumber(row.stamp).value_or(-1);
-    if (number <= before || row.stamp.find_first_of(".eE") != std::string::npos) return 0;
+    if (!(number > before) || !ParseScaledInteger(row.stamp, 0) ||
+        row.stamp.find_first_of(".eE") != std::string::npos) {
+      return 0;
+    }
     before = number;
   }
   return std::min(1.0, static_cast<double>(clock.size()) / stamps.most);
 }
 
-// The unit of the stamps; none where they are numbers of images. Throws DataError where two fit.
-const StampUnit* FindUnit(const FileText& file, const PoseForm& form, const Clock& clock) {
+// EuRoC's form has nanoseconds; others are told.
+bool IsNanosecondForm(const FileText& file) {
+  return file.form_shift == 0 && file.rows[0].stamp.find('.') == std::string::npos;
+}
+
+// The unit of the stamps; none where they are numbers of images. Throws DataError with the remedy
+// where two fit.
+const StampUnit* FindUnit(const FileText& file, const PoseForm& form, const Clock& clock,
+                          const char* remedy) {
   const StampFigures stamps = SelectFigures(file);
   std::vector<UnitFit> fits;
   for (const StampUnit& unit : kUnits) {
@@ -106,6 +120,11 @@ const StampUnit* FindUnit(const FileText& file, const PoseForm& form, const Cloc
   };
   std::ranges::stable_sort(fits, is_better);
   if (fits[0].rank < 0) return &kUnits.back();  // too large for any
+  if (IsNanosecondForm(file) && std::ranges::any_of(fits, [&](const UnitFit& fit) {
+        return fit.unit == &kUnits.back() && fit.rank == fits[0].rank;
+      })) {
+    return &kUnits.back();
+  }
   const double numbers = ShareOfNumbers(file, stamps, clock);
   if (numbers > 0) fits.push_back({nullptr, fits[0].rank, numbers});
   std::ranges::stable_sort(fits, is_better);
@@ -116,9 +135,9 @@ const StampUnit* FindUnit(const FileText& file, const PoseForm& form, const Cloc
     };
     throw DataError(fmt::format(
         "{}: found stamps from {} to {}, which may be {} or {}, expected times that fit the "
-        "recording in one unit; give --poses-stamps with ns, us, ms or s",
-        file.table.path, file.rows.front().stamp, file.rows.back().stamp, name(best),
-        name(second)));
+        "recording in one unit; {}",
+        file.table.path, file.rows.front().stamp, file.rows.back().stamp, name(best), name(second),
+        remedy));
   }
   return best.unit;
 }
@@ -128,8 +147,9 @@ void SetStampsIn(const StampUnit& unit, const PoseForm& form, FileText* file) {
                         (unit.shift == 0 && file->form_shift == 9 &&
                          file->rows[0].stamp.find('.') == std::string::npos);
   if (!is_usual) {
-    spdlog::warn("{}: stamps are taken to be in {}, by their size, as {} (--poses-stamps says it)",
-                 file->table.path, unit.name, file->rows[0].stamp);
+    spdlog::warn(
+        "{}: stamps are taken to be in {}, by their rate and times, as {} (--poses-stamps says it)",
+        file->table.path, unit.name, file->rows[0].stamp);
   }
   for (RowText& row : file->rows) row.pose.stamp_ns = StampIn(file->table.path, row, unit.shift);
 }
@@ -144,7 +164,8 @@ std::vector<int64_t> StampsFrom(const PoseForm& form, const Clock& clock) {
     file.rows.push_back({row, std::string(fields[0]), {}});
   });
   if (file.rows.empty()) throw DataError(path + ": found no stamp, expected one in each row");
-  const StampUnit* unit = FindUnit(file, form, clock);
+  const StampUnit* unit =
+      FindUnit(file, form, clock, "write them in whole nanoseconds of the recording's clock");
   if (unit == nullptr) {
     throw DataError(path + ": found numbers of rows, expected the stamp of each row");
   }
@@ -212,7 +233,7 @@ void SetStamps(const PoseForm& form, const Clock& clock, bool is_of_images, File
         file->table.path, clock.size());
     return;
   }
-  const StampUnit* unit = FindUnit(*file, form, clock);
+  const StampUnit* unit = FindUnit(*file, form, clock, "give --poses-stamps with ns, us, ms or s");
   if (unit == nullptr) return SetStampsOfImages(clock, is_of_images, file);
   SetStampsIn(*unit, form, file);
 }

@@ -220,7 +220,8 @@ bool YamlSection::Has(const std::string& key) const {
 
 void YamlSection::Retire(const std::string& key) {
   Skip(key);
-  if (!Has(key)) return;
+  // The options that a run or a map keeps hold what there was then, and must stay as they are.
+  if (!Has(key) || place_.find("options.yaml") != std::string::npos) return;
   spdlog::warn("{}: is no option any more and does nothing; remove it: the next version refuses it",
                KeyPlace(place_, key));
 }

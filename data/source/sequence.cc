@@ -14,6 +14,7 @@
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/mask.h"
 #include "data/core/error.h"
+#include "data/core/math.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -61,13 +62,19 @@ bool TakeStamps(const ClockTable<ImageFile>& whole, const std::vector<ClockJump>
     }
   }
   const double near_ns = 0.4e9 * MedianStep_s(given);
+  std::vector<double> offsets_ns;  // of the table, before its clock was set
   for (size_t i = 0; i < given.size(); ++i) {
-    const int64_t apart_ns = (*table->elements)[i].stamp_ns - given[i].stamp_ns;
+    const int64_t stamp_ns = (*table->elements)[i].stamp_ns;
+    const int64_t apart_ns = stamp_ns - given[i].stamp_ns;
     if (static_cast<double>(std::abs(apart_ns)) > near_ns) return false;
+    if (stamp_ns < table->jumps->front().stamp_ns)
+      offsets_ns.push_back(static_cast<double>(apart_ns));
   }
+  const auto offset_ns = static_cast<int64_t>(Quantile(offsets_ns, 0.5));
   for (size_t i = 0; i < given.size(); ++i) {
     ImageFile& image = (*table->elements)[i];
-    if (image.stamp_ns >= table->jumps->front().stamp_ns) image.stamp_ns = given[i].stamp_ns;
+    if (image.stamp_ns >= table->jumps->front().stamp_ns)
+      image.stamp_ns = given[i].stamp_ns + offset_ns;
   }
   return true;
 }

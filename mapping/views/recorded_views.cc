@@ -137,7 +137,7 @@ std::array<PixelForm, 2> ReadPixelForms(const std::map<int64_t, ViewFiles>& file
   std::array<std::vector<std::string>, 2> paths;
   for (const auto& [stamp_ns, files] : files_at) {
     paths[0].push_back(files.left_path);
-    paths[1].push_back(files.right_path);
+    if (!files.right_path.empty()) paths[1].push_back(files.right_path);
   }
   return FindPixelForms(paths);
 }
@@ -338,6 +338,7 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
   std::string states = folder.string() + '\n';
   for (const RecordedImages& images : run.source->images) {
     for (const std::string& file : {images.left_path, images.right_path}) {
+      if (file.empty()) continue;  // of a pair whose right image is not used
       std::error_code error;
       const auto bytes = fs::file_size(folder / file, error);
       const auto changed = fs::last_write_time(folder / file, error).time_since_epoch().count();

@@ -21,7 +21,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
                      const std::vector<std::string>& files);
 
 // Fills id, method, complete, partial_reason, verdict, what ParseSoFar() does, Manhattan worlds,
-// slopes, principal points and source; returns the whole. Throws DataError.
+// slopes and source; returns the whole. Throws DataError.
 Json ReadRunSummary(const std::string& path, OdometryRun* run);
 
 // Counts by kind; throws DataError naming `path` where one is negative.

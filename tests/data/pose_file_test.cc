@@ -185,6 +185,31 @@ TEST(PoseFile, PosesOfAnotherStartMayLastLongerThanTheClock) {
   }
 }
 
+TEST(PoseFile, AShortPieceInNanosecondsIsNotTakenForMicroseconds) {
+  std::string rows;
+  for (int i = 0; i < 1000; ++i) {
+    rows += fmt::format("{},1,2,3,0.9273618,0.1,0.2,0.3\n", 10'000'000LL * i);
+  }
+  for (const Clock& clock : {Clock(), Clock{0, 1'000'000'000'000}}) {
+    EXPECT_EQ(Read(rows, {}, clock)[1].stamp_ns, 10'000'000);
+  }
+}
+
+TEST(PoseFile, SparsePosesWithDatesAreInSeconds) {
+  const std::string rows = std::string("1403636580.0") + kRest + "\n1403636610.0" + kRest + "\n";
+  EXPECT_EQ(Read(rows)[0].stamp_ns, 1'403'636'580'000'000'000);
+}
+
+TEST(PoseFile, AStampThatIsNoNumberIsRefused) {
+  Clock clock;
+  std::string rows;
+  for (int i = 0; i < 40; ++i) {
+    clock.push_back(50'000'000LL * i);
+    rows += (i == 20 ? "nan" : fmt::format("{}", i)) + kRest + "\n";
+  }
+  EXPECT_THAT(Message(rows, {}, clock), HasSubstr("found 'nan', expected a stamp"));
+}
+
 TEST(PoseFile, StampsThatFitInTwoUnitsAreRefused) {
   const Clock clock = {1'403'636'580'000'000'000, 1'403'636'588'000'000'000};
   std::string rows;

@@ -219,19 +219,22 @@ TEST(OpenSequence, AClockIsSetBackByAsMuchWithoutTheSamples) {
 
 // Whether samples are left out behind the change says whether a new segment begins.
 TEST(OpenSequence, TheOtherCamerasStampsTellWhereOneIsSet) {
-  const auto opened = [](const std::vector<int>& cameras, int64_t back_ns) {
+  const auto opened = [](const std::vector<int>& cameras, int64_t back_ns, int64_t late_ns = 0) {
     const TempFolder folder;
     testing::WriteSequence(folder, {.images = 60});
     for (const int camera : {0, 1}) {
       std::string rows;
       const bool is_set = std::ranges::count(cameras, camera) > 0;
       for (int i = 0; i < 60; ++i) {
-        rows += fmt::format("{},{}.png\n", ImageStamp(i) - (is_set && i >= 30 ? back_ns : 0),
-                            ImageStamp(i));
+        const int64_t set_ns = is_set && i >= 30 ? back_ns : 0;
+        rows +=
+            fmt::format("{},{}.png\n", ImageStamp(i) + camera * late_ns - set_ns, ImageStamp(i));
       }
       folder.Write(fmt::format("mav0/cam{}/data.csv", camera), rows);
     }
-    return OpenSequence(folder.Path());
+    SequenceOptions options;
+    if (late_ns != 0) options.right_offset_s = 1e-9 * static_cast<double>(late_ns);
+    return OpenSequence(folder.Path(), options);
   };
   const size_t samples = opened({}, 0).imu.size();
   for (const auto& [cameras, back_ns] : {std::pair{std::vector{0}, 1'000'000'000LL},
@@ -246,6 +249,11 @@ TEST(OpenSequence, TheOtherCamerasStampsTellWhereOneIsSet) {
     EXPECT_EQ(sequence.warnings.Count(kClockJump), 1);
   }
   EXPECT_LT(opened({0, 1}, 1'000'000'000).imu.size(), samples);
+  for (const int camera : {0, 1}) {
+    const Sequence late = opened({camera}, 1'000'000'000, 10'000'000);
+    ASSERT_EQ(late.images.size(), 60u) << camera;
+    EXPECT_EQ(late.images[50].stamp_ns, ImageStamp(50)) << camera;
+  }
 }
 
 TEST(OpenSequence, NoNoiseIsAssumedOfAnImuThatIsNotAskedFor) {
