@@ -49,7 +49,8 @@ TEST_F(SequenceSourceTest, CanBeChecked) {
   EXPECT_TRUE(report.Usable()) << CheckTable(report);
   EXPECT_EQ(report.sequence, "memory");
   EXPECT_NE(Names(report).find("images-missing"), std::string::npos) << CheckTable(report);
-  EXPECT_NE(CheckTable(report).find("1 of 57 images of cam1, first image 20 of cam1"), std::string::npos)
+  EXPECT_NE(CheckTable(report).find("1 of 57 images of cam1, first image 20 of cam1"),
+            std::string::npos)
       << CheckTable(report);
 }
 
