@@ -1,4 +1,5 @@
-// What is kept while odometry is at work: the journal of a run and its stream of poses.
+// What `slcmap odometry` keeps while it is at work: the journal of a run and its stream of poses.
+// Its options stand in options.h, the stage in odometry_stage.h.
 #pragma once
 
 #include <chrono>

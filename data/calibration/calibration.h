@@ -59,8 +59,9 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings,
                             const std::vector<int>& cameras = {});
 
 // `cameras` are the one or two that the rig is to be of; without, the best stereo pair of a chain
-// (data/camera_choice.h). Both are taken to be triggered together: the time shift is that of the
-// first. Another one of the second is a warning, and an error where it is more than 1 ms off.
+// (data/calibration/camera_words.h). Both are taken to be triggered together: the time shift is
+// that of the first. Another one of the second is a warning, and an error where it is more than 1
+// ms off.
 //
 // Keys that the formats define and that nothing needs (rostopic, cam_overlaps, comment) are passed
 // over; any other is an error.

@@ -1,6 +1,4 @@
-// Whether a rig can be a stereo rig with the left camera on the left.
-// Whether a camera hung for a while and delivered its last image again.
-// Whether what the images show agrees with the calibration and the IMU.
+// Which checks run, in which order, and the small ones.
 #include "data/check/check.h"
 
 #include <spdlog/fmt/fmt.h>

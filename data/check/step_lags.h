@@ -51,11 +51,11 @@ std::vector<int> FindLags(const ImageSteps& left, const ImageSteps& right, doubl
 // by the gyroscope's steps; 0 unless another is clearly better.
 int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t end);
 
-// Masks (data/mask.h) of what stays where it is in the images while the rig turns, one a camera;
-// empty where there is nothing of this kind, or the rig turns too little to tell. Images that were
-// taken far apart in time and by the gyroscope look in other directions: where they show the same
-// texture at the same place all the same, that is not the building. Throws StoppedError where
-// progress ends it.
+// Masks (data/calibration/mask.h) of what stays where it is in the images while the rig turns, one
+// a camera; empty where there is nothing of this kind, or the rig turns too little to tell. Images
+// that were taken far apart in time and by the gyroscope look in other directions: where they show
+// the same texture at the same place all the same, that is not the building. Throws StoppedError
+// where progress ends it.
 std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
                                    const std::vector<ImuSample>& samples, const Progress& progress);
 

@@ -9,7 +9,7 @@
 namespace slcmap::inline data {
 
 // A pinhole with a distortion on the plane z = 1 (none, radial-tangential), or a lens that a
-// pinhole does not describe. Files hold the names of data/camera_words.h, not these.
+// pinhole does not describe. Files hold the names of data/calibration/camera_words.h, not these.
 enum class Distortion {
   kNone,
   kRadialTangential,  // OpenCV's with up to 12 coefficients: plumb_bob, rational_polynomial

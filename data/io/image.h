@@ -12,7 +12,7 @@
 
 namespace slcmap::inline data {
 
-// An image, or why there is none: problem is then one of the kinds of data/warnings.h.
+// An image, or why there is none: problem is then one of the kinds of data/core/error.h.
 struct ImageRead {
   cv::Mat image;  // 8 bit, one channel; empty where there is a problem
   const char* problem = nullptr;
@@ -37,7 +37,7 @@ cv::Mat ReadStoredImage(const std::string& path);
 bool IsTurnedByOrientation(const std::string& path);
 
 // What can be told to be wrong by the file's header and end, without decoding it: a kind of
-// data/warnings.h, or nullptr. The size is known of PNG and JPEG files only.
+// data/core/error.h, or nullptr. The size is known of PNG and JPEG files only.
 const char* FindImageProblem(const std::string& path, const cv::Size& size);
 
 // The same, but a PNG is only decoded by `decode`, which gives an empty image where its pixels are

@@ -23,8 +23,8 @@ using Trajectory = std::vector<StampedPose>;  // sorted by stamp, no stamp twice
 // row on a row that cannot be read, on NaN, on unsorted stamps and on an empty file.
 Trajectory ReadTumTrajectory(const std::string& path);
 
-// Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it
-// is.
+// Reads a file of either form, or as others write them (ReadPoseTable in data/io/pose_file.h), as
+// it is.
 Trajectory ReadTrajectory(const std::string& path);
 
 // One TUM row with its end of line, and the comment that opens a file of them.

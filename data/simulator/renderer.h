@@ -72,8 +72,8 @@ struct RendererOptions {
   void Check() const;  // throws ConfigError
 };
 
-// Bakes textures and light at once. Truth is written as described in edge_visibility.h, and the
-// scene's surfaces as truth/surfaces.ply. Throws ConfigError, and DataError for a scene without
+// Bakes textures and light at once. Truth is written as described in data/simulator/renderer.h, and
+// the scene's surfaces as truth/surfaces.ply. Throws ConfigError, and DataError for a scene without
 // quads.
 std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,
                                                 const RenderTask& task);

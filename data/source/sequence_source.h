@@ -31,7 +31,7 @@ struct SequenceOptions {
   std::string calibration;                 // file or folder; "" takes the sequence's own
   double max_stereo_offset_s = 0.003;      // between the stamps of a pair, once those are made up
   double right_offset_s = 0;               // right stamps are late by this
-  std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
+  std::vector<std::string> masks;          // image files, one a camera (data/calibration/mask.h)
   std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
   std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
@@ -88,8 +88,8 @@ class SequenceSource {
   // Decodes the image.
   virtual ImageRead ReadImage(size_t pair, int camera) const = 0;
 
-  // What can be told to be wrong with the image without decoding it: a kind of data/warnings.h, or
-  // nullptr. Cheap enough to be asked for every image.
+  // What can be told to be wrong with the image without decoding it: a kind of data/core/error.h,
+  // or nullptr. Cheap enough to be asked for every image.
   virtual const char* FindProblem(size_t pair, int camera) const = 0;
 
   // Whether the image is that of the pair before, to the byte. pair > 0.

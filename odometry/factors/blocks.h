@@ -59,7 +59,8 @@ class OrthonormalLineManifold final : public ceres::Manifold {
 // The body is the left camera's rigid frame, placed where the given calibration has the IMU: poses
 // of the window are the body's at the very moment of exposure. An IMU calibration block is
 //
-//   (phi, tau, delta, e): rotation vector in rad, lever in m, time in s, errors (imu/imu_errors.h)
+//   (phi, tau, delta, e): rotation vector in rad, lever in m, time in s, errors
+//   (odometry/geometry/imu.h)
 //
 // with the IMU's true place in the body T_body_imu = (Exp(phi), tau), and exposure later by delta,
 // on the IMU's clock, than the given time offset has it, and the IMU's readings to be corrected for
@@ -74,9 +75,9 @@ enum ImuCalibrationRow { kRowImuRotation = 0, kRowLever = 3, kRowTimeOffset = 6,
 //
 // with the right camera's true place T_imu_right (Exp(psi), 0), and a point p of a camera's true
 // frame seen where p.xy / p.z = m - s / (1 + s) g(m) - H(m) d holds for the measurement m on the
-// plane z = 1 (see geometry/lens_shift.h; of an ideal pinhole m = (1 + s) p.xy / p.z + d / f; d is
-// 0 in the left camera). Perturbed by addition. Of both principal points in common little is told:
-// it looks like a turn of the IMU.
+// plane z = 1 (see odometry/geometry/pinhole.h; of an ideal pinhole m = (1 + s) p.xy / p.z + d / f;
+// d is 0 in the left camera). Perturbed by addition. Of both principal points in common little is
+// told: it looks like a turn of the IMU.
 inline constexpr int kCameraCalibrationSize = 6;
 enum CameraCalibrationRow { kRowRightRotation = 0, kRowFocalLength = 3, kRowRightCentre = 4 };
 
@@ -135,7 +136,7 @@ struct BlockKind {
 };
 
 inline constexpr int kPointSize = 3;            // see point_residual.h
-inline constexpr int kSharedDeviationSize = 2;  // see along_axis_residual.h
+inline constexpr int kSharedDeviationSize = 2;  // see odometry/factors/line_constraints.h
 
 inline constexpr BlockKind kPoseKind{kPoseSize, kPoseTangentSize, SharedPoseManifold};
 inline constexpr BlockKind kSpeedBiasKind{kSpeedBiasSize, kSpeedBiasSize};

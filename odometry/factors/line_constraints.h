@@ -10,8 +10,8 @@
 namespace slcmap::inline odometry {
 
 // Blocks: heading (but for a vertical line), shared deviation (where it has one), general line.
-// With the axes E across the line's own (see structural_line.h), the line's unit direction d and
-// the shared deviation c, two angles in rad,
+// With the axes E across the line's own (see odometry/geometry/lines.h), the line's unit direction
+// d and the shared deviation c, two angles in rad,
 //
 //   r = (E^T d - c) / sigma
 //
@@ -91,7 +91,8 @@ class PointOnLineResidual final : public Factor {
 };
 
 // The same for a line whose direction is estimated too. Blocks: pose of the point's host, general
-// line, point. With the columns u of the line's rotation (see general_line.h) and q = p - anchor:
+// line, point. With the columns u of the line's rotation (see odometry/geometry/lines.h) and q = p
+// - anchor:
 //
 //   r = (u_0 . q, u_2 . q + cot phi) / sigma
 //

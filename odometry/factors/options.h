@@ -23,7 +23,7 @@ struct CalibrationOptions {
   // hall.
   bool rows_fit = true;
   // What agrees with the given calibration is taken to be as given while it does; see
-  // window/calibration_ties.h.
+  // odometry/factors/calibration_estimate.h.
   bool confirm = true;
   // How much further than the window claims its estimates are off, since what images err in is
   // common to neighbouring ones: 1.1 to 1.5 in exact simulated recordings.
@@ -44,7 +44,8 @@ struct CalibrationOptions {
   double max_imu_axes_rad = 0.06;
   double max_right_rotation_rad = 0.02;
   double max_focal_length = 0.03;
-  double max_right_centre_px = 5;  // beyond it the linear model of lens_shift.h is off
+  double max_right_centre_px =
+      5;  // beyond it the linear model of odometry/geometry/pinhole.h is off
   void Check() const;
   void Read(YamlSection section);
 };

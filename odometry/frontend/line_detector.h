@@ -25,9 +25,10 @@ std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetec
 // max_gap_px and those that lie upon each other.
 std::vector<LineSegment> JoinSegments(std::vector<LineSegment> segments, double max_gap_px);
 
-// The segment, at most gate_px across from `expected` (oriented), whose profile (see line_strip.h)
-// is the one given: placed to a fraction of a pixel, and as long as the edge goes on. Nothing where
-// the correlation is below min_correlation or another place within the gate fits as well.
+// The segment, at most gate_px across from `expected` (oriented), whose profile (see
+// odometry/frontend/line_matcher.h) is the one given: placed to a fraction of a pixel, and as long
+// as the edge goes on. Nothing where the correlation is below min_correlation or another place
+// within the gate fits as well.
 std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& expected,
                                       const Eigen::VectorXf& profile, double gate_px,
                                       double min_correlation);

@@ -5,7 +5,7 @@
 
 namespace slcmap::inline odometry {
 
-// Search for the headings of a building; see structure/manhattan_detector.h.
+// Search for the headings of a building; see odometry/structure/manhattan_detector.h.
 struct ManhattanOptions {
   double tilt_sigma_rad = 0.003;  // of the camera's poses against the vertical
   // Which segments vote.
@@ -46,7 +46,7 @@ struct ManhattanOptions {
   void Read(YamlSection section);
 };
 
-// To which direction of a building a line belongs; see structure/line_classifier.h.
+// To which direction of a building a line belongs; see odometry/structure/manhattan_detector.h.
 struct LineClassifierOptions {
   // Of a segment's ends, across it, where one image alone has to say what the segment follows; of
   // the votes for headings too. What lenses and edges leave uncorrected does not average out there,
@@ -61,7 +61,7 @@ struct LineClassifierOptions {
 };
 
 // Search for slopes, directions that lines share without being an axis of the building; see
-// structure/slope_detector.h.
+// odometry/structure/slope_detector.h.
 struct SlopeOptions {
   bool enabled = true;
   // Which lines vote: as their own observations have them.
@@ -89,7 +89,7 @@ struct SlopeOptions {
   void Read(YamlSection section);
 };
 
-// Which points are taken to lie on lines; see structure/points_on_lines.h.
+// Which points are taken to lie on lines; see odometry/structure/points_on_lines.h.
 struct PointsOnLinesOptions {
   double max_distance_px = 1.2;    // across the line, in both images
   double min_apart_px = 2.0;       // farther away, a point is not on the line
@@ -103,7 +103,7 @@ struct PointsOnLinesOptions {
 };
 
 // How far lines are off the axes of the building that they follow; see
-// structure/building_deviation.h.
+// odometry/structure/building_deviation.h.
 struct BuildingDeviationOptions {
   // Standard deviation of a line's direction, about either axis across it, that is believed before
   // a line is known: DIN 18202 lets a wall be off by 0.1 to 0.2 degrees, a door frame by 0.15 to

@@ -9,7 +9,7 @@
 
 namespace slcmap::inline odometry {
 
-// When the place of a point is known; see window/triangulation.h.
+// When the place of a point is known; see odometry/window/point_landmarks.h.
 struct PointTriangulationOptions {
   double min_parallax_rad = 0.01;  // between the host's ray and some other one
   double max_residual_sigma = 4;   // RMS of the reprojections, in standard deviations
@@ -77,7 +77,7 @@ struct FailureOptions {
   void Read(YamlSection section);
 };
 
-// When the place of a line is known; see window/line_triangulation.h.
+// When the place of a line is known; see odometry/window/line_triangulation.h.
 struct LineTriangulationOptions {
   double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
   double max_direction_sigma_rad = 0.2;  // of a general line

@@ -83,7 +83,7 @@ struct HeadingState {
 using SharedDeviationBlock = std::array<double, kSharedDeviationSize>;
 
 // By how much lines of one axis that are near each other are off it in common; see
-// along_axis_residual.h. Its address is fixed while it lives.
+// odometry/factors/line_constraints.h. Its address is fixed while it lives.
 struct SharedDeviation {
   LineAxis axis = LineAxis::kNone;
   const HeadingState* heading = nullptr;              // of its lines' world; null for vertical ones
@@ -144,7 +144,7 @@ struct LineLandmark {
   bool finished = false;   // what is seen of the edge from now on is another line
   std::vector<int64_t> released_frames;  // ids of those that saw it but have left, oldest first
   LineExtent extent;
-  std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h
+  std::vector<int64_t> points;  // landmarks that belong to it; see odometry/window/line_priors.h
   // The landmark that it was placed through, where its views alone did not tell where it is.
   std::optional<int64_t> placed_by;
 

@@ -162,7 +162,7 @@ TEST(OpenAgain, TakesTheCalibrationOfTheMap) {
   EXPECT_EQ(source->info().rig.cameras[0].fx_px, 77);
 }
 
-// Of a run whose check paired images anew, see data/check/stretches.h.
+// Of a run whose check paired images anew, see data/check/intervals.h.
 TEST(OpenAgain, TakesThePairsThatWereMended) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 12});
