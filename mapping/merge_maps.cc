@@ -24,7 +24,7 @@ namespace {
 constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kBuiltUntil = 0.95,
                  kFilledUntil = 0.99;
 // What maps that are aligned are off against each other here and there: trajectories err, and lines
-// of inexact buildings by more than their covariances tell (README.md, "How well a line is known").
+// of inexact buildings by more than their covariances tell (FORMAT.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
 constexpr int64_t kHour_ns = 3600'000'000'000;
 

@@ -38,13 +38,8 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
   PATTERN data/io/json.h EXCLUDE
-  PATTERN data/io/json.h EXCLUDE
   PATTERN data/source/sequence_options_json.h EXCLUDE
-  PATTERN data/core/polygon.cc EXCLUDE
-  PATTERN data/io/json.h EXCLUDE
-  PATTERN data/io/json.h EXCLUDE
   PATTERN odometry/run/run_json.h EXCLUDE
-  PATTERN odometry/run/run_journal.cc EXCLUDE
   PATTERN mapping/map/part_files.h EXCLUDE
   PATTERN images EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data

@@ -72,7 +72,7 @@ struct RendererOptions {
   void Check() const;  // throws ConfigError
 };
 
-// Bakes textures and light at once. Truth is written as described in data/simulator/renderer.h, and
+// Bakes textures and light at once. Truth is written as described at WriteEdges, and
 // the scene's surfaces as truth/surfaces.ply. Throws ConfigError, and DataError for a scene without
 // quads.
 std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,

@@ -12,8 +12,6 @@ struct ObjOptions {
   void Check() const;    // throws ConfigError
 };
 
-// Maps as Wavefront OBJ, for CloudCompare, Blender and those who read lines from text.
-
 // Writes map.obj, in metres, z or y up: an object (`o`) a layer of map_layers.h, lines, outlines
 // and the trajectory as line elements (`l`) of two vertices each, planes as triangles (`f`); and
 // map.mtl with a colour for each kind of plane, axis of lines and the trajectory.

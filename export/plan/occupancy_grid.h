@@ -11,8 +11,6 @@ struct GridOptions {
   void Check() const;  // throws ConfigError
 };
 
-// Grids of what is occupied, for robots that find their way in a plane.
-
 // Writes grid/storey_N.pgm and storey_N.yaml for each storey, as ROS' map_server reads them: a cell
 // is occupied (0) where a voxel of the occupancy map is within a band of heights over the storey's
 // floor, else free (254) where one is, else unknown (205). Row 0 is at the top, the largest y. Of a

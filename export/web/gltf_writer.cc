@@ -22,8 +22,7 @@
 
 namespace slcmap::inline exporting {
 
-// A glTF 2.0 model that is built node by node. Include in .cc files only: tinygltf is a large
-// header.
+// A glTF 2.0 model that is built node by node.
 
 // All data goes into the model's one buffer. Node 0 turns z up into glTF's y up; all others are
 // under it.

@@ -14,8 +14,6 @@ struct GltfOptions {
   bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
 };
 
-// One binary glTF 2.0 file, for browsers, Blender, f3d and most viewers.
-
 // Writes scene.glb under a root node that turns z up into glTF's y up: the points, the dense cloud,
 // the lines by storey and axis, trajectory, keyframes and, on request, voxels, walls as solids that
 // meet at corners, with their openings, and other planes by kind, with ids, kinds and what is known

@@ -25,8 +25,6 @@ namespace slcmap::inline exporting {
 std::string PackForPage(const MapResult& map, const std::string& title,
                         const std::vector<PageImage>& images = {}, const Progress& progress = {});
 
-// A map as one HTML file that shows itself in a browser, offline.
-
 struct PageOptions {
   std::string title;    // of the page; "" for the map's id
   int compression = 6;  // of zlib: 1 quickest to 9 smallest

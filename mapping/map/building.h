@@ -121,7 +121,7 @@ inline constexpr std::array<const char*, 3> kOpeningKinds = {"door", "window", "
 inline const char* GetName(PlaneKind kind) { return kPlaneKinds[static_cast<size_t>(kind)]; }
 inline const char* GetName(OpeningKind kind) { return kOpeningKinds[static_cast<size_t>(kind)]; }
 
-// The building in a map folder: planes.json, rooms.json and plan.json. README.md, "Buildings",
+// The building in a map folder: planes.json, rooms.json and plan.json. mapping/FORMAT.md
 // describes them.
 
 // The names of the files.

@@ -1,4 +1,4 @@
-// A map on disk, as documented files that other programs can read too. README.md, "Map folder",
+// A map on disk, as documented files that other programs can read too. mapping/FORMAT.md
 // describes each file.
 #pragma once
 

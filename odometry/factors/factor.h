@@ -69,7 +69,7 @@ struct Prior {
   Eigen::VectorXd Difference(const double* const* parameters) const;
 };
 
-// Block: a calibration block (see calibration.h), whose numbers are corrections of what was given.
+// Block: a calibration block (see blocks.h), whose numbers are corrections of what was given.
 // r = weights * x, a row a number; a weight is one over a standard deviation, or 0.
 class AsGivenResidual final : public Factor {
  public:

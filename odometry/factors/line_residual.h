@@ -53,7 +53,7 @@ struct LineReprojectionJacobian {
 // distance (SLC-VIO, section 3.3, without the division by depth). Rows: the two ends in the left
 // camera, then (where seen) in the right one. Where the line has no image (it passes through the
 // camera, or its plane is parallel to the image), the rows are constant. `cameras` is a camera
-// calibration block (see calibration.h), which turns the right camera by psi; null where the
+// calibration block (see blocks.h), which turns the right camera by psi; null where the
 // geometry is exact.
 void EvaluateLineReprojection(const StereoGeometry& geometry,
                               const StereoLineMeasurement& measurement, const double* pose,

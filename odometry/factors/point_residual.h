@@ -22,7 +22,7 @@ struct StereoGeometry {
   StereoGeometry() = default;
   StereoGeometry(const std::array<RigidTransform, 2>& T_imu_camera, double weight);
 
-  // The same with what a camera calibration block (see calibration.h) says.
+  // The same with what a camera calibration block (see blocks.h) says.
   StereoGeometry CorrectedBy(const double* cameras) const;
 
   // How measurements move with what the lenses are.

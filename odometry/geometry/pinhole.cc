@@ -117,7 +117,7 @@ Vector2d RightRectification::GivenPlane(const Vector2d& px) const {
   const Vector2d turned_back =
       (ExpRotation(-correction_.rotation_rad) * PlaneFromPixel(camera_, px).homogeneous())
           .hnormalized();
-  // See odometry/geometry/pinhole.h: m - H(m) d is this.
+  // Of m - H(m) d, as the header has it.
   const Vector2d near = turned_back + lens_.ByCentre(turned_back) * correction_.centre_px;
   return turned_back + lens_.ByCentre(near) * correction_.centre_px;
 }

@@ -20,7 +20,7 @@
 
 namespace slcmap::inline odometry {
 
-// Landmarks and sensors in use; see README.md, "Methods".
+// Landmarks and sensors in use; see apps/README.md, "Methods".
 enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
 
 // Throws ConfigError naming the methods there are.
@@ -157,8 +157,8 @@ struct Line {
 };
 
 // What was found of the rig's calibration: corrections of what was given, with their standard
-// deviations, which are 0 of what was held and not estimated. See residuals/calibration.h for what
-// they say exactly.
+// deviations, which are 0 of what was held and not estimated. See odometry/factors/blocks.h for
+// what they say exactly.
 struct CalibrationEstimate {
   int64_t stamp_ns = 0;  // of the newest keyframe that it knows
   int segment = 0;

@@ -1,5 +1,5 @@
 // A run on disk: what odometry found, as documented files that other programs can read too.
-// README.md, "Run folder", describes each file.
+// odometry/FORMAT.md describes each file.
 #pragma once
 
 #include <string>

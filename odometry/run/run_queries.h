@@ -52,7 +52,7 @@ bool IsFinite(const OdometryRun& run);
 OdometryRun WithoutNonFinite(OdometryRun run);
 
 // `given` as the run was given it, raw, with its rectified form; the estimate's corrections are
-// those of calibration.h.
+// those of odometry/factors/blocks.h.
 Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstimate& estimate);
 
 }  // namespace slcmap::odometry

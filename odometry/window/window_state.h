@@ -29,8 +29,8 @@ namespace slcmap::inline odometry {
 using PoseBlock = std::array<double, kPoseSize>;
 using SpeedBiasBlock = std::array<double, kSpeedBiasSize>;
 
-// The state of the body (see calibration.h) at one image, with what the image showed. Its address
-// is fixed while it lives: residuals and the prior point into it.
+// The state of the body (see odometry/factors/blocks.h) at one image, with what the image showed.
+// Its address is fixed while it lives: residuals and the prior point into it.
 struct FrameState {
   int64_t id = 0;
   int64_t stamp_ns = 0;
