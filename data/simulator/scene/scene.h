@@ -176,8 +176,8 @@ std::vector<ScenePatch> SeenPatches(const Scene& scene);
 std::vector<ScenePatch> MakePatches(const std::vector<SceneQuad>& quads);
 
 // Builds the scene that a YAML file describes. Deterministic. Throws ConfigError naming file and
-// key, and StoppedError where progress ends it. The section `trajectory` is left to ReadScenario's
-// reader of motions, `camera` to the next. `inexact` stands for what the section of that name says.
+// key, and StoppedError where progress ends it. The section `trajectory` is left to those
+// who read motions, `camera` to the next. `inexact` stands for what the section of that name says.
 Scene ReadScene(const std::string& path, const Progress& progress = {},
                 const std::optional<InexactOptions>& inexact = {});
 
