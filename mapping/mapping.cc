@@ -35,17 +35,17 @@ inline constexpr const char* kDenseViewWithoutImages = "dense_views_without_imag
 // each view saw; warnings count views that could not be used. Once progress says so, they are those
 // of the views so far. Throws ConfigError when an option is not plausible, or would take too much
 // memory.
-std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
-                               const MappingOptions& options, const Progress& progress,
-                               MapResult* map);
+std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
+                                 const MappingOptions& options, const Progress& progress,
+                                 MapResult* map);
 
 namespace {
 
 // Every other node is enough for openings, which are some 40 cm wide.
-Sights CollectRayBundles(const RigidTransform& T_world_camera, const Camera& camera,
+ViewRays CollectViewRays(const RigidTransform& T_world_camera, const Camera& camera,
                          const DepthGrid& depth) {
   constexpr int kStep = 2;
-  Sights sights;
+  ViewRays sights;
   sights.p_world_camera = T_world_camera.translation;
   for (int row = 0; row < depth.rows; row += kStep) {
     for (int column = 0; column < depth.columns; column += kStep) {
@@ -62,17 +62,17 @@ Sights CollectRayBundles(const RigidTransform& T_world_camera, const Camera& cam
 
 }  // namespace
 
-std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
-                               const MappingOptions& options, const Progress& progress,
-                               MapResult* map) {
+std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
+                                 const MappingOptions& options, const Progress& progress,
+                                 MapResult* map) {
   DepthOccupancy occupancy(options.occupancy);
   const Rig& rig = images.rig();
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
   DenseMap dense = BuildDense(
       views, images, options.dense, progress, [&](std::size_t view, const DepthGrid& depth) {
         const RigidTransform T_world_camera = WorldFromCamera(views[view], rig);
         occupancy.Add(T_world_camera, rig.cameras[0], depth);
-        sights.push_back(CollectRayBundles(T_world_camera, rig.cameras[0], depth));
+        sights.push_back(CollectViewRays(T_world_camera, rig.cameras[0], depth));
       });
   map->dense = std::move(dense.points);
   map->occupancy = occupancy.Finish(map->dense, options.dense.voxel_m);
@@ -124,7 +124,7 @@ void WarnOfPoses(const std::string& found, bool are_given,
 MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recorded,
                               const MapLineOptions& options, const Progress& progress,
                               std::map<std::string, int64_t>* warnings) {
-  const bool are_given = run.method == kGivenPoses;
+  const bool are_given = run.method == kExternalPoses;
   const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images, progress);
   if (!agreement) {
     // A run that hardly moved has few views, none of which tells of another.
@@ -151,8 +151,8 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
-SightDepths MakeDepthMaps(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
-                          const MappingOptions& options, const Progress& progress) {
+VisibilityDepths MakeDepthMaps(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
+                               const MappingOptions& options, const Progress& progress) {
   return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
           progress};
 }
@@ -171,7 +171,7 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
   const MapLineOptions lines =
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
-  const SightDepths depths =
+  const VisibilityDepths depths =
       MakeDepthMaps(dense, chosen, options, progress.Part(kAgreementUntil, kSightsUntil));
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
@@ -185,7 +185,7 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
   return built;
 }
 
-void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
+void AddFilledPlanes(const RecordedViews& recorded, const std::vector<ViewRays>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
   const ViewCameras cameras(recorded.views, recorded.images->rig());
@@ -196,13 +196,13 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
 }
 
 // A map of nothing is whole, but hardly what was wanted.
-void TellOfNothing(MapResult* map) {
+void ReportEmptyMap(MapResult* map) {
   if (map->dense.empty()) ++map->warnings["no_dense_points"];
   if (map->lines.empty()) ++map->warnings["no_lines"];
 }
 
 // What a map lacks since the recording does not show it, or not to these poses.
-void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, MapResult* map) {
+void ReportMissing(const OdometryRun& run, const RecordedViews& recorded, MapResult* map) {
   if (const auto lost = recorded.lost ? recorded.lost->paths() : std::set<std::string>();
       !lost.empty()) {
     map->warnings[kImageUnreadable] += std::ssize(lost);
@@ -238,9 +238,9 @@ std::optional<Stage> KeptStage(const StageStore& store, const char* name,
   return stage;
 }
 
-std::vector<Sights> RunDenseStage(const RecordedViews& recorded, const MappingOptions& options,
-                                  const StageStore& store, const Progress& progress,
-                                  MapResult* map) {
+std::vector<ViewRays> RunDenseStage(const RecordedViews& recorded, const MappingOptions& options,
+                                    const StageStore& store, const Progress& progress,
+                                    MapResult* map) {
   if (auto kept = KeptStage(store, kDenseStage, UnpackDense)) {
     map->dense = std::move(kept->dense);
     map->occupancy = std::move(kept->occupancy);
@@ -248,7 +248,8 @@ std::vector<Sights> RunDenseStage(const RecordedViews& recorded, const MappingOp
     return std::move(kept->sights);
   }
   CountedWarnings before = std::exchange(map->warnings, {});
-  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options, progress, map);
+  std::vector<ViewRays> sights =
+      MapDensely(recorded.views, *recorded.images, options, progress, map);
   if (progress.Report(1) && IsWholeSoFar(recorded)) {
     store.Save(kDenseStage, [&] { return PackDense(*map, sights, map->warnings); });
   }
@@ -289,12 +290,12 @@ void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
   AddPipes(options.pipes, &images, progress, map);
 }
 
-void RunBuildingStage(const RecordedViews& recorded, std::vector<Sights> sights,
+void RunBuildingStage(const RecordedViews& recorded, std::vector<ViewRays> sights,
                       const MappingOptions& options, const Progress& progress, MapResult* map) {
   constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
   const BuildingInput input = MakeBuildingInput(*map, std::move(sights));
   if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
-  if (progress.Report(kBuilt)) DrawToPlanes(map->building, options.planes, &map->dense);
+  if (progress.Report(kBuilt)) SnapToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
@@ -306,7 +307,7 @@ void RunBuildingStage(const RecordedViews& recorded, std::vector<Sights> sights,
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const StageStore& store, const Progress& progress, MapResult* map) {
   map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
-  std::vector<Sights> sights =
+  std::vector<ViewRays> sights =
       RunDenseStage(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
   RunLineStage(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
   map->marks = TakeMarks(&map->lines);
@@ -335,7 +336,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     if (!run.calibration.empty()) {
       map.calibrated_rig =
           CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
-    } else if (run.method == kGivenPoses) {
+    } else if (run.method == kExternalPoses) {
       map.calibrated_rig = run.source->raw_rig;
     }
   }
@@ -367,8 +368,8 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   }
   FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = CollectObservations(map.points, run, map.rectified_rig);
-  if (recorded) TellWhatIsMissing(run, *recorded, &map);
-  if (recorded && !stopped_at) TellOfNothing(&map);
+  if (recorded) ReportMissing(run, *recorded, &map);
+  if (recorded && !stopped_at) ReportEmptyMap(&map);
   map.interrupted = stopped_at.has_value();
   if (stopped_at) {
     MarkPartial(fmt::format("mapping was interrupted before {}",

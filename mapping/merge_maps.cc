@@ -237,12 +237,12 @@ struct RigPoses {
   const Rig* rig;
 };
 
-std::vector<Sights> CollectRayBundles(const MapResult& map, const std::vector<RigPoses>& rigs,
+std::vector<ViewRays> CollectViewRays(const MapResult& map, const std::vector<RigPoses>& rigs,
                                       double voxel_m, const Progress& progress) {
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
   for (const RigPoses& rig : rigs) {
-    std::vector<Sights> seen =
-        SightsOfCloud(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
+    std::vector<ViewRays> seen =
+        CollectCloudRays(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
     std::move(seen.begin(), seen.end(), std::back_inserter(sights));
   }
   return sights;
@@ -281,7 +281,7 @@ ViewCameras MakeViewCameras(const RigPoses& rig) {
   return ViewCameras(views, *rig.rig);
 }
 
-void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights>& sights,
+void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<ViewRays>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
   MeasuredBuilding measured{map->dense, map->lines, map->building,
@@ -330,8 +330,8 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(kUnitedUntil);
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
-  std::vector<Sights> sights = CollectRayBundles(first, rigs, options.dense.voxel_m,
-                                                 progress.Part(kUnitedUntil, kSeenUntil));
+  std::vector<ViewRays> sights =
+      CollectViewRays(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);

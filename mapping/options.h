@@ -27,7 +27,7 @@ struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
   AdjustmentOptions adjustment;
-  GivenPoseOptions given_poses;
+  ExternalPoseOptions given_poses;
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;

@@ -113,9 +113,9 @@ std::vector<DensePoint> ParseDensePoints(const Json& json) {
   return points;
 }
 
-Json SightsJson(const std::vector<Sights>& sights) {
+Json ViewRaysJson(const std::vector<ViewRays>& sights) {
   Json json = Json::array();
-  for (const Sights& view : sights) {
+  for (const ViewRays& view : sights) {
     std::vector<double> centre;
     Append(view.p_world_camera, &centre);
     std::vector<float> points;
@@ -127,10 +127,10 @@ Json SightsJson(const std::vector<Sights>& sights) {
   return json;
 }
 
-std::vector<Sights> ParseSights(const Json& json) {
-  std::vector<Sights> sights;
+std::vector<ViewRays> ParseViewRays(const Json& json) {
+  std::vector<ViewRays> sights;
   for (const Json& view : json) {
-    Sights& seen = sights.emplace_back();
+    ViewRays& seen = sights.emplace_back();
     seen.p_world_camera = NumberReader(view.at("centre")).TakeMatrix<Eigen::Vector3d>();
     const std::vector<float> points = Unpacked<float>(view.at("points"));
     for (size_t i = 0; i + 2 < points.size(); i += 3) {
@@ -322,12 +322,12 @@ std::string StageKey(const OdometryRun& run, const std::string& images,
   return checksum.Text();
 }
 
-std::string PackDense(const MapResult& map, const std::vector<Sights>& sights,
+std::string PackDense(const MapResult& map, const std::vector<ViewRays>& sights,
                       const CountedWarnings& warnings) {
   return Bytes({{"dense", DensePointsJson(map.dense)},
                 {"resolution_m", map.occupancy.resolution_m()},
                 {"occupancy", Json::binary(map.occupancy.Nodes())},
-                {"sights", SightsJson(sights)},
+                {"sights", ViewRaysJson(sights)},
                 {"warnings", warnings}});
 }
 
@@ -336,7 +336,7 @@ std::optional<DenseStage> UnpackDense(const std::string& bytes) {
     const auto resolution_m = json.at("resolution_m").get<double>();
     return DenseStage{ParseDensePoints(json.at("dense")),
                       OccupancyMap::FromNodes(resolution_m, json.at("occupancy").get_binary()),
-                      ParseSights(json.at("sights")), json.at("warnings").get<CountedWarnings>()};
+                      ParseViewRays(json.at("sights")), json.at("warnings").get<CountedWarnings>()};
   });
 }
 

@@ -50,10 +50,10 @@ using CountedWarnings = std::map<std::string, int64_t>;
 struct DenseStage {
   std::vector<DensePoint> dense;
   OccupancyMap occupancy{0.1};
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
   CountedWarnings warnings;
 };
-std::string PackDense(const MapResult& map, const std::vector<Sights>& sights,
+std::string PackDense(const MapResult& map, const std::vector<ViewRays>& sights,
                       const CountedWarnings& warnings);
 // Nothing where the bytes are of another form.
 std::optional<DenseStage> UnpackDense(const std::string& bytes);

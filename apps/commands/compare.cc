@@ -132,8 +132,8 @@ GivenTrajectories ReadGiven(const CompareArguments& arguments) {
   GivenTrajectories trajectories;
   for (const std::string& sequence : arguments.sequences) {
     for (const NamedFile& file : GivenFor(arguments, SequenceName(sequence))) {
-      const GivenPoses given =
-          ReadGivenPoses(file.path, arguments.form, OpenSequence(sequence), false);
+      const ExternalPoses given =
+          ReadExternalPoses(file.path, arguments.form, OpenSequence(sequence), false);
       if (!given.reading.agrees) spdlog::warn("{}: {}", file.path, given.reading.words);
       trajectories[sequence].emplace_back(file.name, given.trajectory);
     }

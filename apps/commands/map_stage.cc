@@ -126,10 +126,10 @@ Sequence OpenWithPoses(const MapArguments& arguments) {
   }
 }
 
-OdometryRun ReadRun(const MapArguments& arguments, GivenPoses* given) {
+OdometryRun ReadRun(const MapArguments& arguments, ExternalPoses* given) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
-    *given = ReadGivenPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
+    *given = ReadExternalPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
     OdometryRun run = RunAtPoses(arguments.input, arguments.opened, given->trajectory);
     run.source->version = kVersion;
     if (!given->reading.change.empty()) ++run.warnings[kPosesDisagree];
@@ -162,7 +162,7 @@ std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
                                              const AdjustmentOptions& options,
                                              const OdometryRun& run) {
   const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
-  if (!are_wanted || arguments.sparse || run.method == kGivenPoses || run.keyframes.empty() ||
+  if (!are_wanted || arguments.sparse || run.method == kExternalPoses || run.keyframes.empty() ||
       !run.source || !IsStereo(run.source->raw_rig)) {
     return nullptr;
   }
@@ -170,16 +170,16 @@ std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
 }
 
 // Of a run whose poses were given.
-std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
-                                            const GivenPoseOptions& options,
-                                            const PoseReading& reading, OdometryRun* run,
-                                            const Progress& progress) {
+std::optional<ExternalPoseFigures> AdjustGiven(const MapArguments& arguments,
+                                               const ExternalPoseOptions& options,
+                                               const PoseReading& reading, OdometryRun* run,
+                                               const Progress& progress) {
   const bool has_images = run->source && IsStereo(run->source->raw_rig) && !run->keyframes.empty();
-  if (!options.adjust || arguments.sparse || run->method != kGivenPoses || !has_images) {
+  if (!options.adjust || arguments.sparse || run->method != kExternalPoses || !has_images) {
     return std::nullopt;
   }
   const auto images = KeyframeImages(*run, arguments.sequence);
-  const auto figures = AdjustGivenPoses(*images, options, run, progress);
+  const auto figures = AdjustExternalPoses(*images, options, run, progress);
   const std::string fault = figures ? TooFarMoved(*figures, reading) : "";
   if (!fault.empty()) {
     ++run->warnings[kPosesDisagree];
@@ -289,7 +289,7 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
   options.SetThreads(arguments.threads);
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
-  GivenPoses poses;
+  ExternalPoses poses;
   OdometryRun run = ReadRun(arguments, &poses);
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());

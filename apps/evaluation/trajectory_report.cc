@@ -109,10 +109,10 @@ std::optional<std::string> FindOtherForm(
   const Trajectory poses = CollectPoses(estimate, form, T_imu_camera);
   const std::vector<BodyStep> steps = CollectSteps(truth, poses);
   const char* const who = "steps of the truth";
-  PoseReading reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  PoseReading reading = ClassifyReading(estimate, form, steps, T_imu_camera, who);
   if (!reading.agrees && !T_imu_camera) {
     T_imu_camera = camera();
-    if (T_imu_camera) reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+    if (T_imu_camera) reading = ClassifyReading(estimate, form, steps, T_imu_camera, who);
   }
   if (!reading.agrees) {
     const std::string remedy = reading.is_explained ? "give " + FormatOptions(reading.form)

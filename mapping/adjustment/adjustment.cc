@@ -207,7 +207,7 @@ class Adjustment {
   }
 
   // What is known of the calibration, and which of its numbers are taken to be as given.
-  void JudgeCalibration() {
+  void UpdateCalibrationPrior() {
     problem_ = BuildProblem(options_, model_, state_, closures_);  // of what is left and believed
     const Eigen::MatrixXd covariance =
         BlockCovariance(problem_.get(), {state_.imu_calibration, state_.camera_calibration});
@@ -223,8 +223,8 @@ class Adjustment {
     links_ = LinkChi2(state_);
     closures_ = find(state_, progress);
     figures_.closures = std::ssize(closures_);
-    figures_.closures_taken_back = RefuseBeyondGate(options_.closures, state_, model_, &closures_);
-    return figures_.closures_taken_back < figures_.closures;
+    figures_.closures_rejected = RefuseBeyondGate(options_.closures, state_, model_, &closures_);
+    return figures_.closures_rejected < figures_.closures;
   }
 
   // Wrong ones do not decide where right ones are, and none may speak against odometry. Where they
@@ -286,7 +286,7 @@ class Adjustment {
       const Progress part = progress.Part(from, from + 1.0 / kMostTimes);
       if (!Solve(part, kSettled)) return Closing::kUnusable;
       const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
-      figures_.closures_taken_back += count;
+      figures_.closures_rejected += count;
       if (count == 0) return Closing::kSettled;
     }
     return Closing::kUnsettled;
@@ -297,7 +297,7 @@ class Adjustment {
     for (Closure& closure : closures_) {
       if (closure.taken_back || !is_meant(closure)) continue;
       closure.taken_back = true;
-      ++figures_.closures_taken_back;
+      ++figures_.closures_rejected;
     }
   }
 
@@ -333,7 +333,7 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
   }
   adjustment.MeasureScatter();
   adjustment.Reject();
-  adjustment.JudgeCalibration();
+  adjustment.UpdateCalibrationPrior();
   bool usable = adjustment.Solve(progress.Part(0.2, 0.4), find ? kNearlySettled : kSettled);
   if (usable && find) {
     usable = adjustment.FindClosures(find, progress.Part(0.4, 0.6))
@@ -373,7 +373,7 @@ void Apply(const AdjustmentResult& result, OdometryRun* run) {
 namespace {
 
 bool HasRevisit(const AdjustmentFigures& figures) {
-  return figures.closures > figures.closures_taken_back;
+  return figures.closures > figures.closures_rejected;
 }
 
 }  // namespace
@@ -383,7 +383,7 @@ AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const V
   AdjustedRun adjusted{std::move(run), std::nullopt};
   // Without closures no place is known to be seen again.
   const bool is_wanted = options.enabled && (options.closures.enabled || !options.needs_revisit);
-  if (!is_wanted || adjusted.run.method == kGivenPoses || adjusted.run.keyframes.empty()) {
+  if (!is_wanted || adjusted.run.method == kExternalPoses || adjusted.run.keyframes.empty()) {
     return adjusted;
   }
   try {

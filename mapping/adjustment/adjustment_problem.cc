@@ -133,19 +133,19 @@ class BlockGraph {
       size_t eliminated = blocks_.size();
       const std::vector<idx_t> vertices = FindVertices(term, &eliminated);
       if (eliminated == blocks_.size()) {
-        TieTogether(vertices);
+        LinkVertices(vertices);
       } else {
         beside[eliminated].insert(beside[eliminated].end(), vertices.begin(), vertices.end());
       }
     }
     for (std::vector<idx_t>& vertices : beside) {
       MakeUnique(&vertices);
-      TieTogether(vertices);
+      LinkVertices(vertices);
     }
     for (std::vector<idx_t>& of : neighbours_) MakeUnique(&of);
   }
 
-  void TieTogether(const std::vector<idx_t>& vertices) {
+  void LinkVertices(const std::vector<idx_t>& vertices) {
     for (const idx_t a : vertices) {
       for (const idx_t b : vertices) {
         if (a != b) neighbours_[static_cast<size_t>(a)].push_back(b);

@@ -169,7 +169,7 @@ void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
     const double a = along_m(source.pieces[i].start_world), b = along_m(source.pieces[i].end_world);
     const Interval piece{std::min(a, b), std::max(a, b)};
     line->intervals.push_back(piece);
-    EdgePlace place;
+    EdgePoint place;
     place.view = index;
     place.samples = static_cast<int>(i);
     place.from_m = static_cast<float>(piece.from_m);
@@ -207,7 +207,7 @@ int FindLeader(const TrackedLine& line) { return line.places.front().view; }
 
 std::vector<int> FindMembers(const TrackedLine& line) {
   std::vector<int> members;
-  for (const EdgePlace& place : line.places) {
+  for (const EdgePoint& place : line.places) {
     if (std::find(members.begin(), members.end(), place.view) == members.end()) {
       members.push_back(place.view);
     }
@@ -242,7 +242,7 @@ LineCovariance CovarianceAt(const LineFit& fit, const Interval& piece) {
 }
 
 // The piece that a place of the merged line is in; -1: none.
-int PieceAt(const TrackedLine& line, const EdgePlace& place) {
+int PieceAt(const TrackedLine& line, const EdgePoint& place) {
   for (std::size_t i = 0; i < line.intervals.size(); ++i) {
     if (place.along_m >= line.intervals[i].from_m - kInPiece_m &&
         place.along_m <= line.intervals[i].to_m + kInPiece_m) {
@@ -290,7 +290,7 @@ class Union {
       piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
       united_.lines.push_back(piece);
     }
-    for (const EdgePlace& place : line.places) {
+    for (const EdgePoint& place : line.places) {
       const SourceLine& source = sources_[place.view];
       pieces_[{source.map, source.pieces.front().id, place.samples}] = {next_id_,
                                                                         PieceAt(line, place)};

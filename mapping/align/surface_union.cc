@@ -255,7 +255,7 @@ OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& secon
 
 namespace {
 
-constexpr int kSightCell_px = 16;
+constexpr int kVisibilityCell_px = 16;
 constexpr double kNearest_m = 0.2, kFarthest_m = 10;
 constexpr std::size_t kViewsAtOnce = 16;  // whose depth is in memory
 
@@ -278,18 +278,19 @@ struct NearestPoint {
   double depth_m = std::numeric_limits<double>::infinity();
 };
 
-class SightsOfView {
+class RaysOfView {
  public:
-  SightsOfView(const RigidTransform& T_world_camera, const Camera& camera)
+  RaysOfView(const RigidTransform& T_world_camera, const Camera& camera)
       : T_world_camera_(T_world_camera),
         R_camera_world_(T_world_camera.rotation.conjugate().toRotationMatrix()),
         camera_(camera) {}
 
   // Points that `hides` does not.
   template <typename Hides>
-  Sights Of(const std::vector<DensePoint>& cloud, const OccupancyMap& occupancy,
-            const Hides& hides) const {
-    const int columns = camera_.width_px / kSightCell_px, rows = camera_.height_px / kSightCell_px;
+  ViewRays Of(const std::vector<DensePoint>& cloud, const OccupancyMap& occupancy,
+              const Hides& hides) const {
+    const int columns = camera_.width_px / kVisibilityCell_px,
+              rows = camera_.height_px / kVisibilityCell_px;
     std::vector<NearestPoint> cells(static_cast<std::size_t>(columns) * rows);
     for (const DensePoint& point : cloud) {
       const Eigen::Vector3d ray = point.p_world - T_world_camera_.translation;
@@ -298,13 +299,13 @@ class SightsOfView {
       if (p.z() < kNearest_m || p.z() > kFarthest_m) continue;
       const Eigen::Vector2d px = PixelFromPlane(camera_, Eigen::Vector2d(p.hnormalized()));
       if (px.x() < 0 || px.y() < 0) continue;
-      const int column = static_cast<int>(px.x()) / kSightCell_px;
-      const int row = static_cast<int>(px.y()) / kSightCell_px;
+      const int column = static_cast<int>(px.x()) / kVisibilityCell_px;
+      const int row = static_cast<int>(px.y()) / kVisibilityCell_px;
       if (column >= columns || row >= rows) continue;
       NearestPoint& cell = cells[row * columns + column];
       if (p.z() < cell.depth_m && !hides(px, p.z())) cell = {&point, p.z()};
     }
-    Sights sights;
+    ViewRays sights;
     sights.p_world_camera = T_world_camera_.translation;
     for (const NearestPoint& cell : cells) {
       if (!cell.point) continue;
@@ -323,19 +324,19 @@ class SightsOfView {
 
 }  // namespace
 
-std::vector<Sights> SightsOfCloud(const Trajectory& poses, const Rig& rig,
-                                  const std::vector<DensePoint>& cloud, double size_m,
-                                  const OccupancyMap& occupancy, const Progress& progress) {
-  std::vector<Sights> sights;
+std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
+                                       const std::vector<DensePoint>& cloud, double size_m,
+                                       const OccupancyMap& occupancy, const Progress& progress) {
+  std::vector<ViewRays> sights;
   for (std::size_t first = 0; first < poses.size(); first += kViewsAtOnce) {
     progress.ReportOrStop(static_cast<double>(first) / static_cast<double>(poses.size()));
     Views views;
     for (std::size_t i = first; i < std::min(poses.size(), first + kViewsAtOnce); ++i) {
       views.push_back({poses[i].stamp_ns, 0, poses[i].T_world_imu});
     }
-    const SightDepths depths(cloud, size_m, ViewCameras(views, rig));
+    const VisibilityDepths depths(cloud, size_m, ViewCameras(views, rig));
     for (std::size_t i = 0; i < views.size(); ++i) {
-      const SightsOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
+      const RaysOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
       sights.push_back(view.Of(cloud, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
         return depths.Hides(static_cast<int>(i), 0, px, depth_m);
       }));

@@ -41,9 +41,10 @@ OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& secon
 // image, that face the camera and that nothing nearer hides, as far as the way to them is known to
 // be free: a blank wall has no points, but nothing was measured through it either. Each point is a
 // piece of surface of size_m. Throws StoppedError once progress says so.
-std::vector<Sights> SightsOfCloud(const Trajectory& poses, const Rig& rig,
-                                  const std::vector<DensePoint>& cloud, double size_m,
-                                  const OccupancyMap& occupancy, const Progress& progress = {});
+std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
+                                       const std::vector<DensePoint>& cloud, double size_m,
+                                       const OccupancyMap& occupancy,
+                                       const Progress& progress = {});
 
 // Whether two rigs are one but for what calibrations of it may differ by: centres of cameras within
 // 5 mm, their directions within a degree.

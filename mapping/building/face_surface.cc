@@ -60,12 +60,13 @@ double NormalDensity(double x, double sigma_m) {
 }
 
 // What may stand before a wall: anything up to max_m, and trims, where it has any, all by trim_m.
-struct Proud {
+struct Protrusion {
   double max_m = 0;
   std::optional<double> trim_m;
 };
 
-Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, const Proud& proud) {
+Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares,
+                      const Protrusion& proud) {
   const double on = shares.on * NormalDensity(distance_m, sigma_m);
   double before =
       (NormalCdf(distance_m / sigma_m) - NormalCdf((distance_m - proud.max_m) / sigma_m)) /
@@ -105,7 +106,7 @@ class Histogram {
   }
 
   // The logarithm of the likelihood of each offset that is tried.
-  Offsets LogLikelihoods(const Proud& proud) const {
+  Offsets LogLikelihoods(const Protrusion& proud) const {
     Offsets logs{};
     for (int level = 0; level < kLevels; ++level) {
       if (weights_[level] == Weights{}) continue;
@@ -126,7 +127,7 @@ class Histogram {
   using Weights = std::array<double, kBins>;
 
   // Of bins, from the surface that is farthest in front.
-  std::array<double, kShifts> LogDensities(int level, const Proud& proud) const {
+  std::array<double, kShifts> LogDensities(int level, const Protrusion& proud) const {
     const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
     std::array<double, kShifts> densities;
     for (int i = 0; i < kShifts; ++i) {
@@ -142,7 +143,7 @@ class Histogram {
 
 // What stands before a wall, and how likely each offset then is: all in all, and by its points.
 struct Hypothesis {
-  Proud proud;
+  Protrusion proud;
   Offsets logs, of_points;
 
   size_t Best() const { return std::max_element(logs.begin(), logs.end()) - logs.begin(); }
@@ -196,7 +197,9 @@ class Surface {
   // something else: trims are believed in where points show the wall behind them, too.
   void FindOffset() {
     const Histogram points(points_), beside(beside_), lines(lines_);
-    const auto assume = [&](const Proud& proud) { return Assume(proud, points, beside, lines); };
+    const auto assume = [&](const Protrusion& proud) {
+      return Assume(proud, points, beside, lines);
+    };
     std::vector<Hypothesis> hypotheses = {assume({max_proud_m_, std::nullopt})};
     const double points_without = hypotheses[0].of_points[hypotheses[0].Best()];
     const double steps = (std::min(max_proud_m_, kSamplesWithin_m) - kFirstTrim_m) / kTrimStep_m;
@@ -275,7 +278,7 @@ class Surface {
     return static_cast<double>(counts.size()) * kCell_m * kCell_m;
   }
 
-  Hypothesis Assume(const Proud& proud, const Histogram& points, const Histogram& beside,
+  Hypothesis Assume(const Protrusion& proud, const Histogram& points, const Histogram& beside,
                     const Histogram& lines) const {
     Hypothesis made{proud, lines.LogLikelihoods(proud), points.LogLikelihoods(proud)};
     const Offsets of_beside = beside.LogLikelihoods(proud);
@@ -323,7 +326,7 @@ class Surface {
 
   const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
   Evidence points_{kPointShares, {}}, beside_{kLineShares, {}}, lines_{kLineShares, {}};
-  Proud proud_{max_proud_m_, std::nullopt};
+  Protrusion proud_{max_proud_m_, std::nullopt};
   double area_m2_ = 0;  // with points that are beside no line
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };

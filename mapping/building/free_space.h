@@ -59,17 +59,17 @@ std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera,
                                    double top_m, double cell_m);
 
 // The rays of all sights, or every so manieth if there are as many as max_rays.
-class SightRays {
+class FreeSpaceRays {
  public:
   // `sights` must outlive it.
-  SightRays(const std::vector<Sights>& sights, size_t max_rays);
+  FreeSpaceRays(const std::vector<ViewRays>& sights, size_t max_rays);
 
   size_t views() const { return sights_.size(); }
 
   // Calls use(p_world_camera, end, sigma_m) for the rays of a view.
   template <typename Use>
   void ForEachIn(size_t view, Use use) const {
-    const Sights& of_view = sights_[view];
+    const ViewRays& of_view = sights_[view];
     for (size_t i = first_[view]; i < of_view.p_world.size(); i += step_) {
       use(of_view.p_world_camera, Eigen::Vector3d(of_view.p_world[i].cast<double>()),
           static_cast<double>(of_view.sigma_m[i]));
@@ -87,7 +87,7 @@ class SightRays {
   }
 
  private:
-  const std::vector<Sights>& sights_;
+  const std::vector<ViewRays>& sights_;
   size_t step_ = 1;
   std::vector<size_t> first_;  // by view, of those that count
 };

@@ -78,7 +78,7 @@ double CoveredLength(const WallFace& wall) {
 }
 
 // Takes a wall's shares where a stronger one stands beside it.
-void Yield(const WallFace& stronger, WallFace* weaker) {
+void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
   if (stronger.face.level != weaker->face.level ||
       stronger.face.normal.dot(weaker->face.normal) < kAlike) {
     return;
@@ -132,7 +132,7 @@ double ShareBehind(const std::vector<Face>& walls, const WallFace& behind, doubl
 
 // What begins at sills, and ends beneath the top of the long walls that it is behind, is a pane of
 // theirs, however much more is seen of panes and their frames than of blank plaster.
-void DropPanes(const Level& level, std::vector<BuiltFace>* faces) {
+void RemovePanes(const Level& level, std::vector<BuiltFace>* faces) {
   constexpr double kLintel_m = 0.15, kMostly = 0.9;
   std::vector<Face> walls;
   for (const BuiltFace& built : *faces) {
@@ -150,7 +150,7 @@ void DropPanes(const Level& level, std::vector<BuiltFace>* faces) {
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,
 // and nearly reaches the floor: the reveals of windows begin at their sills.
-bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
+bool IsMeasuredWall(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
   constexpr double kMostAbove_m = 0.75;
   if (IsLong(built)) return true;
   if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
@@ -215,7 +215,7 @@ void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& o
 }  // namespace
 
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
-  DropPanes(level, faces);
+  RemovePanes(level, faces);
   std::vector<size_t> order(faces->size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -223,14 +223,14 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   });
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
-    for (size_t k = 0; k < i; ++k) Yield((*faces)[order[k]].wall, &built.wall);
+    for (size_t k = 0; k < i; ++k) ClearSharesBeside((*faces)[order[k]].wall, &built.wall);
     const bool is_pane =
         std::any_of(order.begin(), order.begin() + static_cast<int64_t>(i), [&](size_t k) {
           const BuiltFace& wall = (*faces)[k];
           return wall.is_wall && IsPaneIn(wall.wall.face, built.wall.face, level.floor_m);
         });
     built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
-                    IsCredible(*faces, built, level.floor_m);
+                    IsMeasuredWall(*faces, built, level.floor_m);
   }
 }
 

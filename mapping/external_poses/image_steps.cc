@@ -225,7 +225,7 @@ double EstimateScale(const std::vector<StepPair>& pairs, double* sigma) {
   return quantile(0.5);
 }
 
-PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale) {
+PoseOff ComputePoseOffsets(const std::vector<StepPair>& pairs, double scale) {
   constexpr double kMostSigmas = 8;
   PoseOff off;
   std::vector<double> turns_rad, ways_m;

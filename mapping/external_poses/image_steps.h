@@ -58,6 +58,6 @@ std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<Bo
 // infinite sigma, where too few steps tell it.
 double EstimateScale(const std::vector<StepPair>& pairs, double* sigma);
 
-PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale);
+PoseOff ComputePoseOffsets(const std::vector<StepPair>& pairs, double scale);
 
 }  // namespace slcmap::mapping

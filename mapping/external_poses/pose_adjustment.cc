@@ -110,7 +110,7 @@ Matrix2d ComputeWeight(const PoseMatch& match, const Views& views, const Rig& ri
 }
 
 MatchTerm MakeTerm(const PoseMatch& match, const GivenViews& given, const Views& corrected,
-                   const Rig& rig, const GivenPoseOptions& options) {
+                   const Rig& rig, const ExternalPoseOptions& options) {
   const RigidTransform T_to_from =
       given.views[match.to].T_world_imu.Inverse() * given.views[match.from].T_world_imu;
   return {rig.T_imu_camera[0] * match.p_from,
@@ -128,7 +128,7 @@ ceres::CostFunction* MakePrior(double sigma_rad, double sigma_m) {
 }
 
 // False where the solution cannot be used.
-bool Solve(ceres::Problem* problem, const GivenPoseOptions& options, const Progress& progress) {
+bool Solve(ceres::Problem* problem, const ExternalPoseOptions& options, const Progress& progress) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   solver.num_threads = 1;  // sums of several threads come in any order
@@ -162,7 +162,7 @@ Views Corrected(const GivenViews& given, const PoseCorrection& correction) {
 
 std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCorrection& start,
                                           const std::vector<PoseMatch>& matches, const Rig& rig,
-                                          const GivenPoseOptions& options,
+                                          const ExternalPoseOptions& options,
                                           const Progress& progress) {
   PoseCorrection found = start;
   const Views corrected = Corrected(given, start);
@@ -211,7 +211,7 @@ std::vector<double> OffOfPairs_px(const std::vector<PoseMatch>& matches, const V
 double Turn_rad(const PoseMove& move) { return std::hypot(move[0], move[1], move[2]); }
 double Way_m(const PoseMove& move) { return std::hypot(move[3], move[4], move[5]); }
 
-void SetMoves(const PoseCorrection& correction, GivenPoseFigures* figures) {
+void SetMoves(const PoseCorrection& correction, ExternalPoseFigures* figures) {
   figures->body_turned_rad = Turn_rad(correction.common);
   figures->body_shifted_m = Way_m(correction.common);
   figures->clock_s = correction.clock_s;
@@ -263,7 +263,7 @@ GivenViews CollectKeyframes(const OdometryRun& run) {
   return given;
 }
 
-void Report(const GivenPoseFigures& figures) {
+void Report(const ExternalPoseFigures& figures) {
   spdlog::info(
       "poses were moved to agree with the images: all by {:.1f} mm, {:.2f} degrees and {:.1f} ms, "
       "each by {:.1f} mm and {:.2f} degrees (RMS of {} views); points of {} pairs of views were "
@@ -274,7 +274,7 @@ void Report(const GivenPoseFigures& figures) {
 }
 
 // With the poses of a motion tracker 0.34 px stay (EuRoC V1_01), with these 3 % too large 1.6 px.
-void WarnWhereTheyStayOff(const GivenPoseFigures& figures, OdometryRun* run) {
+void WarnWhereTheyStayOff(const ExternalPoseFigures& figures, OdometryRun* run) {
   constexpr double kMost_px = 1;
   if (figures.off_px <= kMost_px) return;
   ++run->warnings[kPosesDisagree];
@@ -287,7 +287,7 @@ void WarnWhereTheyStayOff(const GivenPoseFigures& figures, OdometryRun* run) {
 }  // namespace
 
 std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const ViewImages& images,
-                                              const GivenPoseOptions& options,
+                                              const ExternalPoseOptions& options,
                                               const Progress& progress) {
   constexpr double kPoints = 0.5, kMatched = 0.9;  // shares of the time: of all, of a round
   options.Check();
@@ -297,7 +297,7 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
       PointsOfViews(given.views, images, options, progress.Part(0, kPoints));
   const Progress moving = progress.Part(kPoints, 1);
   AdjustedViews adjusted{given.views, {}, {}};
-  GivenPoseFigures& figures = adjusted.figures;
+  ExternalPoseFigures& figures = adjusted.figures;
   adjusted.correction.own.resize(given.views.size());
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part =
@@ -336,9 +336,9 @@ std::vector<OnlineState> CorrectedStates(const std::vector<OnlineState>& states,
   return corrected;
 }
 
-std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
-                                                 const GivenPoseOptions& options, OdometryRun* run,
-                                                 const Progress& progress) {
+std::optional<ExternalPoseFigures> AdjustExternalPoses(const ViewImages& images,
+                                                       const ExternalPoseOptions& options,
+                                                       OdometryRun* run, const Progress& progress) {
   if (run->keyframes.empty()) return std::nullopt;
   try {
     const auto adjusted = AdjustGivenViews(CollectKeyframes(*run), images, options, progress);

@@ -41,7 +41,7 @@ Views Corrected(const GivenViews& given, const PoseCorrection& correction);
 // line. Nothing where the solution cannot be used. Throws StoppedError when progress says so.
 std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCorrection& start,
                                           const std::vector<PoseMatch>& matches, const Rig& rig,
-                                          const GivenPoseOptions& options,
+                                          const ExternalPoseOptions& options,
                                           const Progress& progress);
 
 // Poses that were done by somebody else, made to agree with the images.
@@ -53,7 +53,7 @@ std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCor
 struct AdjustedViews {
   Views views;
   PoseCorrection correction;  // of the given ones
-  GivenPoseFigures figures;
+  ExternalPoseFigures figures;
 };
 
 // The views, in their order, with poses that agree with the images, and stay near the given ones.
@@ -61,7 +61,7 @@ struct AdjustedViews {
 // several views, or that brings no gain. Throws StoppedError when progress says so, and
 // ConfigError.
 std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const ViewImages& images,
-                                              const GivenPoseOptions& options,
+                                              const ExternalPoseOptions& options,
                                               const Progress& progress = {});
 
 // States with what all poses share and the clock's offset, by the speeds that their neighbours
@@ -72,8 +72,9 @@ std::vector<OnlineState> CorrectedStates(const std::vector<OnlineState>& states,
 // AdjustGivenViews for a run, whose keyframes' images these are. Its states are moved by what all
 // poses share, and by the clock; refinement.h then moves them with their keyframes. Where progress
 // ends it, the run is as it was.
-std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
-                                                 const GivenPoseOptions& options, OdometryRun* run,
-                                                 const Progress& progress = {});
+std::optional<ExternalPoseFigures> AdjustExternalPoses(const ViewImages& images,
+                                                       const ExternalPoseOptions& options,
+                                                       OdometryRun* run,
+                                                       const Progress& progress = {});
 
 }  // namespace slcmap::mapping

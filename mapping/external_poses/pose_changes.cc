@@ -54,7 +54,7 @@ PoseOff OffIn(const Trajectory& poses, const std::vector<BodyStep>& steps, const
   const std::vector<StepPair> pairs = PairsAt(poses, steps, std::llround(given.offset_s * 1e9));
   double sigma = 0;
   const double scale = EstimateScale(pairs, &sigma);
-  return ComputeOff(pairs, std::isfinite(sigma) && scale > 0 ? scale : given.scale);
+  return ComputePoseOffsets(pairs, std::isfinite(sigma) && scale > 0 ? scale : given.scale);
 }
 
 Trajectory WithPositionsIn(const Eigen::Matrix3d& axes, Trajectory poses) {
@@ -118,8 +118,8 @@ bool IsOff(const StepPair& pair, double scale, const StepOff& usual) {
 }
 
 // The longest of several steps on end that are off.
-std::string WordsOfStretch(const std::vector<StepPair>& pairs, double scale, const StepOff& usual,
-                           const std::string& who) {
+std::string DescribeLongestInterval(const std::vector<StepPair>& pairs, double scale,
+                                    const StepOff& usual, const std::string& who) {
   constexpr size_t kLeastOff = 3;
   size_t longest = 0, end = 0, here = 0;
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -198,9 +198,9 @@ std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::
     return pair.known.turn_sigma_rad > kKnown_rad || pair.known.way_sigma_m > kKnown_m;
   });
   if (std::ssize(pairs) < kLeastPairs) return "";
-  const PoseOff medians = ComputeOff(pairs, scale);
+  const PoseOff medians = ComputePoseOffsets(pairs, scale);
   const StepOff usual{medians.turn_rad, medians.way_m};
-  std::vector<std::string> words = {WordsOfStretch(pairs, scale, usual, who)};
+  std::vector<std::string> words = {DescribeLongestInterval(pairs, scale, usual, who)};
   std::erase_if(pairs, [&](const StepPair& pair) { return IsOff(pair, scale, usual); });
   if (std::ssize(pairs) >= kLeastPairs) {
     words.push_back(WordsOfScales(pairs, scale));

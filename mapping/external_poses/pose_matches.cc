@@ -17,27 +17,27 @@ namespace slcmap::inline mapping {
 namespace {
 
 constexpr OptionTable kTable{
-    Option{"adjust", &GivenPoseOptions::adjust, false, true},
-    Option{"good_px", &GivenPoseOptions::good_px, 0.0, 100.0},
-    Option{"body_sigma_m", &GivenPoseOptions::body_sigma_m, 1e-6, 10.0},
-    Option{"body_sigma_rad", &GivenPoseOptions::body_sigma_rad, 1e-6, 1.0},
-    Option{"clock_sigma_s", &GivenPoseOptions::clock_sigma_s, 1e-6, 10.0},
-    Option{"sigma_m", &GivenPoseOptions::sigma_m, 1e-6, 10.0},
-    Option{"sigma_rad", &GivenPoseOptions::sigma_rad, 1e-6, 1.0},
-    Option{"point_sigma_px", &GivenPoseOptions::point_sigma_px, 0.01, 10.0},
-    Option{"disparity_sigma_px", &GivenPoseOptions::disparity_sigma_px, 0.01, 10.0},
-    Option{"robust_sigmas", &GivenPoseOptions::robust_sigmas, 0.1, 100.0},
-    Option{"partners", &GivenPoseOptions::partners, 1, 100},
-    Option{"max_travel_m", &GivenPoseOptions::max_travel_m, 0.01, 100.0},
-    Option{"max_turn_rad", &GivenPoseOptions::max_turn_rad, 0.01, 3.0},
-    Option{"rounds", &GivenPoseOptions::rounds, 1, 10},
-    Option{"max_iterations", &GivenPoseOptions::max_iterations, 1, 1000}};
+    Option{"adjust", &ExternalPoseOptions::adjust, false, true},
+    Option{"good_px", &ExternalPoseOptions::good_px, 0.0, 100.0},
+    Option{"body_sigma_m", &ExternalPoseOptions::body_sigma_m, 1e-6, 10.0},
+    Option{"body_sigma_rad", &ExternalPoseOptions::body_sigma_rad, 1e-6, 1.0},
+    Option{"clock_sigma_s", &ExternalPoseOptions::clock_sigma_s, 1e-6, 10.0},
+    Option{"sigma_m", &ExternalPoseOptions::sigma_m, 1e-6, 10.0},
+    Option{"sigma_rad", &ExternalPoseOptions::sigma_rad, 1e-6, 1.0},
+    Option{"point_sigma_px", &ExternalPoseOptions::point_sigma_px, 0.01, 10.0},
+    Option{"disparity_sigma_px", &ExternalPoseOptions::disparity_sigma_px, 0.01, 10.0},
+    Option{"robust_sigmas", &ExternalPoseOptions::robust_sigmas, 0.1, 100.0},
+    Option{"partners", &ExternalPoseOptions::partners, 1, 100},
+    Option{"max_travel_m", &ExternalPoseOptions::max_travel_m, 0.01, 100.0},
+    Option{"max_turn_rad", &ExternalPoseOptions::max_turn_rad, 0.01, 3.0},
+    Option{"rounds", &ExternalPoseOptions::rounds, 1, 10},
+    Option{"max_iterations", &ExternalPoseOptions::max_iterations, 1, 1000}};
 
 }  // namespace
 
-void GivenPoseOptions::Check() const { kTable.Check("mapping.given_poses", *this); }
+void ExternalPoseOptions::Check() const { kTable.Check("mapping.given_poses", *this); }
 
-void GivenPoseOptions::Read(YamlSection section) {
+void ExternalPoseOptions::Read(YamlSection section) {
   section.Skip("threads");  // as options.yaml of earlier maps has it
   kTable.Read(section, this);
 }
@@ -52,7 +52,8 @@ constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same,
 
 // How far two views are from each other, for what they see in common: a metre counts as a radian.
 // The nearest views that look at about the same.
-std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseOptions& options) {
+std::vector<size_t> PartnersNear(const Views& views, size_t of,
+                                 const ExternalPoseOptions& options) {
   std::vector<std::pair<double, size_t>> near;
   for (size_t i = 0; i < views.size(); ++i) {
     if (i == of || views[i].segment != views[of].segment) continue;
@@ -70,7 +71,7 @@ std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseO
 
 std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
                                    const std::vector<ViewPoint>& points, const ViewImages& images,
-                                   const GivenPoseOptions& options) {
+                                   const ExternalPoseOptions& options) {
   if (points.empty()) return {};
   const std::vector<size_t> partners = PartnersNear(views, from, options);
   if (partners.empty()) return {};
@@ -96,7 +97,7 @@ std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
   return matches;
 }
 
-void ForEachView(const Views& views, const GivenPoseOptions& options, const Progress& progress,
+void ForEachView(const Views& views, const ExternalPoseOptions& options, const Progress& progress,
                  const std::function<void(size_t)>& work) {
   std::mutex reporting;
   size_t done = 0;
@@ -124,7 +125,7 @@ std::optional<Vector2d> OffMatch_px(const PoseMatch& match, const Views& views, 
 }
 
 std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
-                                                  const GivenPoseOptions& options,
+                                                  const ExternalPoseOptions& options,
                                                   const Progress& progress) {
   std::vector<std::vector<ViewPoint>> points(views.size());
   ForEachView(views, options, progress,
@@ -134,7 +135,7 @@ std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const View
 
 std::vector<PoseMatch> MatchViews(const Views& views,
                                   const std::vector<std::vector<ViewPoint>>& points,
-                                  const ViewImages& images, const GivenPoseOptions& options,
+                                  const ViewImages& images, const ExternalPoseOptions& options,
                                   const Progress& progress) {
   std::vector<std::vector<PoseMatch>> of_views(views.size());
   ForEachView(views, options, progress, [&](size_t view) {

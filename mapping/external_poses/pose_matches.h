@@ -12,7 +12,7 @@
 
 namespace slcmap::inline mapping {
 
-struct GivenPoseOptions {
+struct ExternalPoseOptions {
   bool adjust = true;
   // Poses that images agree with so well stay as they are: the median over pairs of views of how
   // far points are, by their median, from where poses have them.
@@ -51,7 +51,7 @@ std::optional<Eigen::Vector2d> OffMatch_px(const PoseMatch& match, const Views& 
 // Corners of each view with their depth. The same on any number of threads. Throws StoppedError
 // when progress says so.
 std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
-                                                  const GivenPoseOptions& options,
+                                                  const ExternalPoseOptions& options,
                                                   const Progress& progress);
 
 // Points of each view (PointsOfViews) looked for in the nearest views that look at about the same,
@@ -59,7 +59,7 @@ std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const View
 // same on any number of threads. Throws StoppedError when progress says so.
 std::vector<PoseMatch> MatchViews(const Views& views,
                                   const std::vector<std::vector<ViewPoint>>& points,
-                                  const ViewImages& images, const GivenPoseOptions& options,
+                                  const ViewImages& images, const ExternalPoseOptions& options,
                                   const Progress& progress);
 
 }  // namespace slcmap::mapping

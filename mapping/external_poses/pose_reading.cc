@@ -87,7 +87,7 @@ Tried Try(const Reading& reading, int64_t offset_ns, double given_scale) {
   const double scale = EstimateScale(pairs, &tried.scale_sigma);
   // Steps that did not move tell no scale.
   tried.scale = std::isfinite(tried.scale_sigma) && scale > 1e-4 ? scale : given_scale;
-  tried.off = ComputeOff(pairs, tried.scale);
+  tried.off = ComputePoseOffsets(pairs, tried.scale);
   return tried;
 }
 
@@ -233,12 +233,13 @@ void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   for (const BodyStep& step : reading.steps) ways_m.push_back(step.T_from_to.translation.norm());
   const double relative = best->scale / given.scale;
   const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, best->offset_ns);
-  const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
-                         Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
-                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma &&
-                         best->off.way_m < kScaleGain * ComputeOff(pairs, given.scale).way_m;
+  const bool is_scaled =
+      std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
+      Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
+      std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma &&
+      best->off.way_m < kScaleGain * ComputePoseOffsets(pairs, given.scale).way_m;
   best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
-  best->off = ComputeOff(pairs, best->form.scale);
+  best->off = ComputePoseOffsets(pairs, best->form.scale);
 }
 
 // Of all readings at all offsets the best, where enough of `most` steps have poses, and which it
@@ -317,7 +318,8 @@ std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readi
                                                const PoseForm& given, PoseReading* result) {
   constexpr double kMuchBetter = 0.5;
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  result->given = ComputeOff(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
+  result->given =
+      ComputePoseOffsets(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
   std::optional<std::pair<Tried, size_t>> best;
   for (const bool is_far : {false, true}) {
     const std::vector<int64_t> offsets_ns =
@@ -357,7 +359,7 @@ std::vector<PosesToTry> PosesToTurn(const std::vector<Reading>& readings, const 
 }
 
 // Of poses that a reading explains.
-void TellForm(const std::string& words, const std::string& who, PoseReading* result) {
+void ReportForm(const std::string& words, const std::string& who, PoseReading* result) {
   result->agrees = words.empty();
   if (result->agrees) return;
   result->words = fmt::format("{} (by {} {}", words, result->best.steps, who);
@@ -374,8 +376,8 @@ void TellForm(const std::string& words, const std::string& who, PoseReading* res
 }
 
 // Of poses that none explains.
-void TellWrong(const std::string& cause, bool is_known, const std::string& who,
-               PoseReading* result) {
+void ReportUnexplained(const std::string& cause, bool is_known, const std::string& who,
+                       PoseReading* result) {
   constexpr double kWrong_rad = 0.05, kWrong = 0.4, kWrong_m = 0.1, kWrongWay = 0.6;
   const PoseOff& off = result->given;
   const bool is_wrong = is_known || off.steps < kLeastSteps ||
@@ -392,10 +394,10 @@ void TellWrong(const std::string& cause, bool is_known, const std::string& who,
 
 }  // namespace
 
-PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
-                         const std::vector<BodyStep>& steps,
-                         const std::optional<RigidTransform>& T_imu_camera,
-                         const std::string& who) {
+PoseReading ClassifyReading(const PoseTable& table, const PoseForm& given,
+                            const std::vector<BodyStep>& steps,
+                            const std::optional<RigidTransform>& T_imu_camera,
+                            const std::string& who) {
   constexpr double kFits = 1;  // in standard deviations
   PoseReading result;
   result.form = given;
@@ -417,8 +419,8 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
     const Reading& reading = readings[of_best];
     result.change =
         WordsOfChange(PairsAt(reading.poses, reading.steps, best.offset_ns), best.form.scale, who);
-    TellForm(DescribeReading(given, result.form, table.is_scalar_first, T_imu_camera), who,
-             &result);
+    ReportForm(DescribeReading(given, result.form, table.is_scalar_first, T_imu_camera), who,
+               &result);
     return result;
   }
   result.is_explained = false;
@@ -427,7 +429,7 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                             : AreTurnedAlike(table) ? "their rotations are all the same: positions "
                                                       "alone"
                                                     : "they fit by no reading that is known";
-  TellWrong(cause, !of_axes.empty(), who, &result);
+  ReportUnexplained(cause, !of_axes.empty(), who, &result);
   return result;
 }
 

@@ -24,8 +24,9 @@ struct PoseReading {
 // Tries orders of the quaternion, its conjugate, poses of IMU and camera and their inverses,
 // offsets of the clock, and the scale. `steps` are known movements of the IMU: those of images, or
 // of true poses. `who` is what they are by, for the words.
-PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
-                         const std::vector<BodyStep>& steps,
-                         const std::optional<RigidTransform>& T_imu_camera, const std::string& who);
+PoseReading ClassifyReading(const PoseTable& table, const PoseForm& given,
+                            const std::vector<BodyStep>& steps,
+                            const std::optional<RigidTransform>& T_imu_camera,
+                            const std::string& who);
 
 }  // namespace slcmap::mapping

@@ -116,20 +116,21 @@ void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence
 
 }  // namespace
 
-GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const Sequence& recording,
-                          bool refuses_unexplained, const Progress& progress) {
+ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
+                                const Sequence& recording, bool refuses_unexplained,
+                                const Progress& progress) {
   constexpr double kStep_s = 0.45;
   const Clock clock = CollectStamps(recording);
   const PoseTable table = ReadPoseTable(path, form, clock);
   const RigidTransform& T_imu_camera = recording.rig.T_imu_camera[0];
-  GivenPoses given;
+  ExternalPoses given;
   given.trajectory = CollectPoses(table, form, T_imu_camera);
   if (IsStereo(recording.rig)) {
     const double spacing_s = std::max(kStep_s, PeriodOfPoses_s(given.trajectory));
     const auto pairs =
         PairsToCompare(recording.images, StampsWithPose(clock, given.trajectory), spacing_s);
     const std::vector<BodyStep> steps = StepsOfImages(recording, pairs, progress);
-    given.reading = JudgeReading(table, form, steps, T_imu_camera, "pairs of images");
+    given.reading = ClassifyReading(table, form, steps, T_imu_camera, "pairs of images");
     const PoseReading& reading = given.reading;
     if (!reading.agrees && reading.is_explained) {
       Refuse(path, reading.words, FormatRemedy(reading.form));
@@ -155,7 +156,7 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
   return given;
 }
 
-std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading) {
+std::string TooFarMoved(const ExternalPoseFigures& figures, const PoseReading& reading) {
   // What a tracker's own calibration is off, and what pairs of images leave open.
   constexpr double kMost_rad = 0.02, kMost_m = 0.05, kTimes = 3;
   if (!reading.is_judged) return "";

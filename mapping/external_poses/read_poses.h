@@ -12,7 +12,7 @@
 
 namespace slcmap::inline mapping {
 
-struct GivenPoses {
+struct ExternalPoses {
   Trajectory trajectory;  // of the IMU, z up; near the origin of its world
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // added to it, where they were given
   PoseReading reading;
@@ -22,11 +22,12 @@ struct GivenPoses {
 // they are, where the images or the accelerometer tell that they are not as `form` says; and what
 // ReadPoseTable throws. Poses that no reading explains are refused if `refuses_unexplained`, else
 // left to the caller.
-GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const Sequence& recording,
-                          bool refuses_unexplained, const Progress& progress = {});
+ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
+                                const Sequence& recording, bool refuses_unexplained,
+                                const Progress& progress = {});
 
 // What is wrong with how far an adjustment moved poses, by what images say of single pairs of them;
 // "" where nothing is, or nothing is known.
-std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading);
+std::string TooFarMoved(const ExternalPoseFigures& figures, const PoseReading& reading);
 
 }  // namespace slcmap::mapping

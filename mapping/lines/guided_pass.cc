@@ -190,7 +190,7 @@ Interval FindBins(const TrackedLine& line, const LineIntervalOptions& options) {
 
 // The samples that are not hidden, at bins that are near enough for their edge to be told from its
 // neighbours.
-void KeepClear(const TrackedLine& line, double bin_m, const SightDepths& sights, int view,
+void KeepClear(const TrackedLine& line, double bin_m, const VisibilityDepths& sights, int view,
                int camera, std::vector<LineSample>* samples) {
   std::erase_if(*samples, [&](const LineSample& sample) {
     if (sights.Hides(view, camera, sample.px, sample.depth_m)) return true;
@@ -223,7 +223,7 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
 }
 
 void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
-                 const ViewCameras& cameras, const SightDepths& sights,
+                 const ViewCameras& cameras, const VisibilityDepths& sights,
                  const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
                               .min_gradient = MinGradient(*line, options)};
@@ -262,7 +262,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
 
 // From far away neighbouring edges run together: a bin is looked at from where it is not much
 // farther than in the view that is nearest to it, of those that it is not hidden from.
-void LimitDepths(const Views& views, const ViewCameras& cameras, const SightDepths& sights,
+void LimitDepths(const Views& views, const ViewCameras& cameras, const VisibilityDepths& sights,
                  const MapLineOptions& options, TrackedLine* line) {
   constexpr float kTimes = 2.2F, kLeast_m = 2.5F;
   constexpr int kBins = 5;  // at once
@@ -313,7 +313,7 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
     interval = {interval.from_m - fit.shift_m, interval.to_m - fit.shift_m};
   }
   line->bins_from_m -= fit.shift_m;
-  for (EdgePlace& place : line->places) {
+  for (EdgePoint& place : line->places) {
     for (float* along_m : {&place.along_m, &place.from_m, &place.to_m}) {
       *along_m = static_cast<float>(*along_m - fit.shift_m);
     }
@@ -321,7 +321,7 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
   line->seen = {line->intervals.front().from_m, line->intervals.back().to_m};
 }
 
-StretchLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
+IntervalLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
   return {options.min_views, options.max_sigma_m,
           line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
           options.intervals.min_length_m};
@@ -333,9 +333,9 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
   line->intervals = FindIntervals(*line, options.intervals);
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
-  const StretchLimits limits = ComputeLimits(*line, options);
+  const IntervalLimits limits = ComputeLimits(*line, options);
   const auto fit =
-      FitStretches(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
+      FitIntervals(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   MoveTo(*fit, line);
   return true;
@@ -343,7 +343,7 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
 
 }  // namespace
 
-void LookForLines(const Views& views, const ViewImages& images, const SightDepths& sights,
+void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
                   const MapLineOptions& options, std::vector<TrackedLine>* lines,
                   const Progress& progress) {
   constexpr int kAtOnce = 4;  // views in memory
@@ -416,7 +416,7 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
   *lines = std::move(kept);
 }
 
-void LookAgain(const Views& views, const ViewImages& images, const SightDepths& sights,
+void LookAgain(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
                const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
                std::vector<TrackedLine>* lines, const Progress& progress) {
   const auto has_moved = [](const TrackedLine& line) { return line.moved_m > kMoved_m; };

@@ -208,7 +208,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   line.gradient = GradientIn(view, line);
   for (const double reach_px : {2.5, 1.5}) {
     const LineSampling sampling{.reach_px = reach_px, .min_gradient = MinGradient(line, options_)};
-    std::vector<EdgePlace> places;
+    std::vector<EdgePoint> places;
     size_t shown = 0, looked = 0;
     for (const SweepImage& image : all) {
       const auto part =

@@ -28,7 +28,7 @@ struct Residual {
   double depth_m = 0;
 };
 
-std::optional<Residual> ComputeResidual(const EdgePlace& place, const Eigen::Vector3d& p_world,
+std::optional<Residual> ComputeResidual(const EdgePoint& place, const Eigen::Vector3d& p_world,
                                         const Eigen::Matrix<double, 3, 2>& across,
                                         const ViewCameras& views) {
   const RigidTransform& T_camera_world = views.T_camera_world[place.view][place.camera];
@@ -51,28 +51,28 @@ struct Sums {
   std::vector<double> off_px;  // of the places, at least 0
 };
 
-int StretchAt(const EdgePlace& place, const LineFitOptions& options) {
+int IntervalAt(const EdgePoint& place, const LineFitOptions& options) {
   return static_cast<int>(std::floor(place.along_m / options.stretch_m));
 }
 
 // How well the image knows each place: see LineFitOptions.
 std::vector<double> ImageSigmas_px(const PointAndDirection& line,
-                                   const std::vector<EdgePlace>& places, const ViewCameras& views,
+                                   const std::vector<EdgePoint>& places, const ViewCameras& views,
                                    const LineFitOptions& options) {
   std::vector<double> distances_m;
   std::map<int, double> nearest_m;  // by stretch
-  for (const EdgePlace& place : places) {
+  for (const EdgePoint& place : places) {
     const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
     distances_m.push_back((p - views.Centre(place.view, place.camera)).norm());
     double& nearest =
-        nearest_m.try_emplace(StretchAt(place, options), distances_m.back()).first->second;
+        nearest_m.try_emplace(IntervalAt(place, options), distances_m.back()).first->second;
     nearest = std::min(nearest, distances_m.back());
   }
   double of_line_m = std::numeric_limits<double>::max();
   for (const auto& [stretch, distance_m] : nearest_m) of_line_m = std::min(of_line_m, distance_m);
   std::vector<double> sigmas_px;
   for (size_t i = 0; i < places.size(); ++i) {
-    const double of_stretch_m = nearest_m.at(StretchAt(places[i], options));
+    const double of_stretch_m = nearest_m.at(IntervalAt(places[i], options));
     const double times_farther = distances_m[i] / of_stretch_m *
                                  std::min(of_stretch_m / of_line_m, options.most_times_farther);
     const double samples = std::min(places[i].samples, kFullSamples);
@@ -84,11 +84,11 @@ std::vector<double> ImageSigmas_px(const PointAndDirection& line,
 
 // With the direction's derivative along `across`, counted from the middle of the line.
 Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& across,
-               const std::vector<EdgePlace>& places, const std::vector<double>& image_sigmas_px,
+               const std::vector<EdgePoint>& places, const std::vector<double>& image_sigmas_px,
                const ViewCameras& views, double middle_m, const LineFitOptions& options) {
   Sums sums;
   for (size_t i = 0; i < places.size(); ++i) {
-    const EdgePlace& place = places[i];
+    const EdgePoint& place = places[i];
     const double along_m = place.along_m - middle_m;
     const Eigen::Vector3d p_world = line.point_world + along_m * line.direction_world;
     const auto residual = ComputeResidual(place, p_world, across, views);
@@ -128,9 +128,9 @@ void AddPrior(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& 
   sums->g.tail<2>() += weight * across.transpose() * off;
 }
 
-double ComputeMiddle(const std::vector<EdgePlace>& places) {
+double ComputeMiddle(const std::vector<EdgePoint>& places) {
   double sum = 0, count = 0;
-  for (const EdgePlace& place : places) {
+  for (const EdgePoint& place : places) {
     sum += static_cast<double>(place.along_m) * place.samples;
     count += place.samples;
   }
@@ -144,17 +144,17 @@ double RootMeanSquare(const std::vector<double>& values) {
 }
 
 // How many places, in the mean, are of one stretch in one image.
-double PlacesAlike(const std::vector<EdgePlace>& places, const LineFitOptions& options) {
+double PlacesAlike(const std::vector<EdgePoint>& places, const LineFitOptions& options) {
   std::set<std::tuple<int, int, int>> stretches;
-  for (const EdgePlace& place : places) {
-    stretches.insert({place.view, place.camera, StretchAt(place, options)});
+  for (const EdgePoint& place : places) {
+    stretches.insert({place.view, place.camera, IntervalAt(place, options)});
   }
   return static_cast<double>(places.size()) / static_cast<double>(stretches.size());
 }
 
-int CountViews(const std::vector<EdgePlace>& places) {
+int CountViews(const std::vector<EdgePoint>& places) {
   std::vector<int> views;
-  for (const EdgePlace& place : places) views.push_back(place.view);
+  for (const EdgePoint& place : places) views.push_back(place.view);
   std::sort(views.begin(), views.end());
   return static_cast<int>(std::unique(views.begin(), views.end()) - views.begin());
 }
@@ -162,9 +162,9 @@ int CountViews(const std::vector<EdgePlace>& places) {
 }  // namespace
 
 void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
-               double step_m, std::vector<EdgePlace>* places) {
+               double step_m, std::vector<EdgePoint>* places) {
   const Eigen::Vector2d normal = Normal(line.px);
-  EdgePlace place;
+  EdgePoint place;
   Eigen::Vector2d px_sum = Eigen::Vector2d::Zero();
   double along_sum_m = 0;
   int64_t cell = 0;
@@ -208,7 +208,7 @@ double LineFit::SigmaTowards_m(const Eigen::Vector3d& way_world, double along_m)
   return std::sqrt(std::max(0.0, by_fit.dot(covariance * by_fit)));
 }
 
-std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
+std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePoint>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,
                                const LineFitOptions& options) {
   LineFit fit;
@@ -253,11 +253,11 @@ double ComputeSpread(std::vector<double> distances_px) {
 }
 
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
-                               const std::vector<EdgePlace>& places, const ViewCameras& views) {
+                               const std::vector<EdgePoint>& places, const ViewCameras& views) {
   constexpr double kBehind_px = 1e6;
   const Eigen::Matrix<double, 3, 2> across = ComputeAcross(line.direction_world);
   std::vector<double> off_px;
-  for (const EdgePlace& place : places) {
+  for (const EdgePoint& place : places) {
     const Eigen::Vector3d p_world =
         line.point_world + (place.along_m - shift_m) * line.direction_world;
     const auto residual = ComputeResidual(place, p_world, across, views);

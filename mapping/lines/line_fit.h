@@ -20,7 +20,7 @@ inline Eigen::Matrix<double, 3, 2> ComputeAcross(const Eigen::Vector3d& directio
 }
 
 // The mean of some samples that are near each other on a line, in one image.
-struct EdgePlace {
+struct EdgePoint {
   int view = 0, camera = 0;
   float along_m = 0;
   Eigen::Vector2f px = Eigen::Vector2f::Zero();      // on the edge
@@ -31,7 +31,7 @@ struct EdgePlace {
 
 // Means of the samples that are edges over stretches of at most step_m, added to `places`.
 void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
-               double step_m, std::vector<EdgePlace>* places);
+               double step_m, std::vector<EdgePoint>* places);
 
 // How far from an axis of the building the direction of a line may be, or from the plane across an
 // axis, as that of level lines.
@@ -83,7 +83,7 @@ struct LineFit {
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
 // loss; places are re-weighted in each step. Those that err alike in an image count as one against
 // the prior. Nothing where they do not determine a line.
-std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
+std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePoint>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,
                                const LineFitOptions& options);
 
@@ -93,6 +93,6 @@ double ComputeSpread(std::vector<double> distances_px);
 // How far the places are off the line's image (px, at least 0; a large number behind a camera), in
 // their order, whose along_m count from shift_m before the line's point.
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
-                               const std::vector<EdgePlace>& places, const ViewCameras& views);
+                               const std::vector<EdgePoint>& places, const ViewCameras& views);
 
 }  // namespace slcmap::mapping

@@ -11,21 +11,21 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kStretchLength_m = 0.25;
-constexpr int kStretchRounds = 4;
+constexpr double kIntervalLength_m = 0.25;
+constexpr int kIntervalRounds = 4;
 // A line that holds as a whole lends its certainty to its stretches.
-constexpr double kStretchSlack = 1.5;
+constexpr double kIntervalSlack = 1.5;
 // What is left of a line that does not hold as a whole; without an axis.
 constexpr double kMinPart_m = 0.25, kMinFreePart_m = 0.5;
 
-int StretchAt(double along_m) { return static_cast<int>(std::floor(along_m / kStretchLength_m)); }
+int IntervalAt(double along_m) { return static_cast<int>(std::floor(along_m / kIntervalLength_m)); }
 
 // The places of a line, by index, in stretches along it.
 class Intervals {
  public:
-  explicit Intervals(const std::vector<EdgePlace>& places) : places_(places) {
+  explicit Intervals(const std::vector<EdgePoint>& places) : places_(places) {
     for (size_t i = 0; i < places.size(); ++i) {
-      members_[StretchAt(places[i].along_m)].push_back(i);
+      members_[IntervalAt(places[i].along_m)].push_back(i);
     }
   }
 
@@ -42,7 +42,7 @@ class Intervals {
   }
 
   // The spread below which half of the places' stretches are.
-  double ComputeHalf(const std::map<int, double>& spreads) const {
+  double ComputeMedianSpread(const std::map<int, double>& spreads) const {
     std::vector<double> by_place;
     for (const auto& [stretch, members] : members_) {
       by_place.insert(by_place.end(), members.size(), spreads.at(stretch));
@@ -50,16 +50,16 @@ class Intervals {
     return Quantile(std::move(by_place), 0.5);
   }
 
-  std::vector<EdgePlace> PlacesIn(const std::map<int, double>& spreads, double most_px) const {
-    std::vector<EdgePlace> places;
-    for (const EdgePlace& place : places_) {
-      if (spreads.at(StretchAt(place.along_m)) <= most_px) places.push_back(place);
+  std::vector<EdgePoint> PlacesIn(const std::map<int, double>& spreads, double most_px) const {
+    std::vector<EdgePoint> places;
+    for (const EdgePoint& place : places_) {
+      if (spreads.at(IntervalAt(place.along_m)) <= most_px) places.push_back(place);
     }
     return places;
   }
 
  private:
-  const std::vector<EdgePlace>& places_;
+  const std::vector<EdgePoint>& places_;
   std::map<int, std::vector<size_t>> members_;
 };
 
@@ -70,7 +70,7 @@ std::vector<Interval> Without(const std::vector<Interval>& intervals,
   std::vector<Interval> left = intervals;
   for (const auto& [stretch, spread_px] : spreads) {
     if (spread_px <= most_px) continue;
-    const double from_m = stretch * kStretchLength_m, to_m = from_m + kStretchLength_m;
+    const double from_m = stretch * kIntervalLength_m, to_m = from_m + kIntervalLength_m;
     std::vector<Interval> cut;
     for (const Interval& interval : left) {
       if (interval.to_m <= from_m || interval.from_m >= to_m) {
@@ -93,22 +93,22 @@ std::optional<LineFit> FitToBest(const Intervals& stretches, const LineFit& whol
                                  const std::optional<DirectionPrior>& prior,
                                  const LineFitOptions& options, double max_spread_px) {
   std::optional<LineFit> fit = whole;
-  for (int round = 0; fit && round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
+  for (int round = 0; fit && round < kIntervalRounds && fit->spread_px > max_spread_px; ++round) {
     const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeHalf(spreads)), cameras,
-                  prior, options);
+    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeMedianSpread(spreads)),
+                  cameras, prior, options);
   }
   return fit;
 }
 
 }  // namespace
 
-bool StretchLimits::Hold(const LineFit& fit) const {
+bool IntervalLimits::Hold(const LineFit& fit) const {
   return fit.views >= min_views && fit.sigma_m() <= max_sigma_m && fit.spread_px <= max_spread_px;
 }
 
 void DropPlacesOutside(TrackedLine* line) {
-  std::erase_if(line->places, [&](const EdgePlace& place) {
+  std::erase_if(line->places, [&](const EdgePoint& place) {
     return std::none_of(line->intervals.begin(), line->intervals.end(),
                         [&](const Interval& interval) {
                           return place.along_m >= interval.from_m && place.along_m <= interval.to_m;
@@ -116,9 +116,9 @@ void DropPlacesOutside(TrackedLine* line) {
   });
 }
 
-std::optional<LineFit> FitStretches(const ViewCameras& cameras,
+std::optional<LineFit> FitIntervals(const ViewCameras& cameras,
                                     const std::optional<DirectionPrior>& prior,
-                                    const LineFitOptions& options, const StretchLimits& limits,
+                                    const LineFitOptions& options, const IntervalLimits& limits,
                                     TrackedLine* line) {
   const auto whole = FitLine(line->line, line->places, cameras, prior, options);
   if (!whole) return whole;
@@ -128,7 +128,7 @@ std::optional<LineFit> FitStretches(const ViewCameras& cameras,
   if (!best) return whole;
   const std::map<int, double> spreads = stretches.Spreads(*best, cameras);
   const bool holds = limits.Hold(*whole);
-  const double most_px = (holds ? kStretchSlack : 1) * limits.max_spread_px;
+  const double most_px = (holds ? kIntervalSlack : 1) * limits.max_spread_px;
   TrackedLine part = *line;
   part.intervals = Without(line->intervals, spreads, most_px, limits.min_length_m);
   DropPlacesOutside(&part);
@@ -206,10 +206,10 @@ std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m) {
 // edges that lie beside each other.
 void TakePlaces(const TrackedLine& other, TrackedLine* line) {
   std::map<std::pair<int, int>, std::vector<Interval>> own;  // by view and camera
-  for (const EdgePlace& place : line->places) {
+  for (const EdgePoint& place : line->places) {
     own[{place.view, place.camera}].push_back({place.from_m, place.to_m});
   }
-  for (EdgePlace place : other.places) {
+  for (EdgePoint place : other.places) {
     const Interval stretch = Along(line->line, other, {place.from_m, place.to_m});
     const double middle_m = 0.5 * (stretch.from_m + stretch.to_m);
     const auto covers = [&](const Interval& mine) {

@@ -11,7 +11,7 @@
 namespace slcmap::inline mapping {
 
 // What a line is kept with.
-struct StretchLimits {
+struct IntervalLimits {
   int min_views = 0;
   double max_sigma_m = 0, max_spread_px = 0;
   double min_length_m = 0;  // of an interval
@@ -23,9 +23,9 @@ struct StretchLimits {
 // are fitted alone, and those that agree with them are kept; of a line that holds as a whole, those
 // that scatter by half as much again. Intervals and places of others leave the line where the rest
 // holds. Nothing where no line can be fitted; a fit that does not hold is returned as it is.
-std::optional<LineFit> FitStretches(const ViewCameras& cameras,
+std::optional<LineFit> FitIntervals(const ViewCameras& cameras,
                                     const std::optional<DirectionPrior>& prior,
-                                    const LineFitOptions& options, const StretchLimits& limits,
+                                    const LineFitOptions& options, const IntervalLimits& limits,
                                     TrackedLine* line);
 
 // Leaves the places in the intervals.

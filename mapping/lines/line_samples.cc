@@ -230,8 +230,8 @@ constexpr double kClearance_m = 0.12, kClearanceShare = 0.04;
 
 }  // namespace
 
-SightDepths::SightDepths(const std::vector<DensePoint>& cloud, double size_m,
-                         const ViewCameras& views, const Progress& progress)
+VisibilityDepths::VisibilityDepths(const std::vector<DensePoint>& cloud, double size_m,
+                                   const ViewCameras& views, const Progress& progress)
     : size_m_(size_m),
       columns_((views.cameras[0].width_px + kCell_px - 1) / kCell_px),
       rows_((views.cameras[0].height_px + kCell_px - 1) / kCell_px),
@@ -246,8 +246,9 @@ SightDepths::SightDepths(const std::vector<DensePoint>& cloud, double size_m,
   ForEachWatched(images_.size(), progress, render, kAtOnce);
 }
 
-void SightDepths::Render(const std::vector<DensePoint>& cloud, double size_m, const Camera& camera,
-                         const RigidTransform& T_camera_world, DepthImage* image) const {
+void VisibilityDepths::Render(const std::vector<DensePoint>& cloud, double size_m,
+                              const Camera& camera, const RigidTransform& T_camera_world,
+                              DepthImage* image) const {
   image->assign(static_cast<size_t>(columns_) * rows_, std::numeric_limits<float>::infinity());
   const Eigen::Matrix3d R = T_camera_world.rotation.toRotationMatrix();
   const Eigen::Vector3d centre_world = -R.transpose() * T_camera_world.translation;
@@ -273,7 +274,8 @@ void SightDepths::Render(const std::vector<DensePoint>& cloud, double size_m, co
   }
 }
 
-bool SightDepths::Hides(int view, int camera, const Eigen::Vector2d& px, double depth_m) const {
+bool VisibilityDepths::Hides(int view, int camera, const Eigen::Vector2d& px,
+                             double depth_m) const {
   if (images_.empty() || images_[view][camera].empty()) return false;
   const int column = static_cast<int>(px.x()) / kCell_px, row = static_cast<int>(px.y()) / kCell_px;
   if (px.x() < 0 || px.y() < 0 || column >= columns_ || row >= rows_) return false;
@@ -283,9 +285,9 @@ bool SightDepths::Hides(int view, int camera, const Eigen::Vector2d& px, double 
 
 // Inverse depth is linear over the image of a plane. A piece that covers the middle of a cell has
 // its own middle up to half its size from there, and the place is up to half a cell from there.
-bool SightDepths::HidesSurface(int view, int camera, const Camera& model,
-                               const Eigen::Vector3d& p_camera,
-                               const Eigen::Vector3d& normal_camera) const {
+bool VisibilityDepths::HidesSurface(int view, int camera, const Camera& model,
+                                    const Eigen::Vector3d& p_camera,
+                                    const Eigen::Vector3d& normal_camera) const {
   const double z_m = p_camera.z();
   const double reach = 0.5 * kCell_px / model.fx_px + 0.5 * size_m_ / z_m;  // at depth 1
   const double from_plane_m = std::max(std::abs(normal_camera.dot(p_camera)), 1e-6);

@@ -69,15 +69,15 @@ std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
                                    const LineInView& line, const LineSampling& options);
 
 // The depth of the nearest surface, where one is known, in coarse images of all views.
-class SightDepths {
+class VisibilityDepths {
  public:
-  SightDepths() = default;  // hides nothing
+  VisibilityDepths() = default;  // hides nothing
 
   // Each point of the cloud is a piece of surface of `size_m`. The same points give the same
   // depths, whatever the number of threads. Once progress says so, nothing is hidden from later
   // views.
-  SightDepths(const std::vector<DensePoint>& cloud, double size_m, const ViewCameras& views,
-              const Progress& progress = {});
+  VisibilityDepths(const std::vector<DensePoint>& cloud, double size_m, const ViewCameras& views,
+                   const Progress& progress = {});
 
   // Whether a surface is clearly nearer than depth_m at a pixel of a view's camera (0 left, 1
   // right). What is not known hides nothing.

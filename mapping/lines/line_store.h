@@ -93,7 +93,7 @@ struct TrackedLine {
   double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
   double moved_m = 0;  // at most, along its intervals, by the last fit again
-  std::vector<EdgePlace> places;
+  std::vector<EdgePoint> places;
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   int shown_samples = 0;

@@ -101,7 +101,7 @@ LineCovariance ComputeCovariance(const LineFit& fit, const Interval& piece) {
 // A place, and the piece that it is on.
 struct PlaceOfPiece {
   int piece = 0;
-  const EdgePlace* place = nullptr;
+  const EdgePoint* place = nullptr;
 };
 
 auto GetImage(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view, p.place->camera); }
@@ -109,7 +109,7 @@ auto GetImage(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view,
 // By piece, view and camera; views are in the order of their stamps.
 std::vector<PlaceOfPiece> PlacesByImage(const TrackedLine& line) {
   std::vector<PlaceOfPiece> places;
-  for (const EdgePlace& place : line.places) {
+  for (const EdgePoint& place : line.places) {
     for (size_t i = 0; i < line.intervals.size(); ++i) {
       const Interval& piece = line.intervals[i];
       if (place.along_m < piece.from_m || place.along_m > piece.to_m) continue;
@@ -187,7 +187,7 @@ std::optional<LineSegment> GetSegment(const TrackedLine& line, const Interval& e
       std::accumulate(places.begin(), places.end(), 0,
                       [](int sum, const PlaceOfPiece& p) { return sum + p.place->samples; });
   if (samples < kLeastSamples) return std::nullopt;
-  const EdgePlace& first = *places.front().place;
+  const EdgePoint& first = *places.front().place;
   const RigidTransform& T_camera_world = cameras.T_camera_world[first.view][first.camera];
   const auto at = [&](double along_m) -> Eigen::Vector3d {
     return T_camera_world * (line.line.point_world + along_m * line.line.direction_world);
@@ -218,7 +218,7 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
     const std::span<const PlaceOfPiece> of_image(from, to);
     const Interval extent = MeasureExtent(of_image, line.intervals[from->piece]);
     if (const auto px = GetSegment(line, extent, of_image, cameras)) {
-      const EdgePlace& place = *from->place;
+      const EdgePoint& place = *from->place;
       supports->push_back({id, from->piece, views[place.view].stamp_ns, place.camera, *px});
     }
     from = to;
@@ -288,7 +288,7 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
 
 BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
-                      const SightDepths& sights, const LineSurfaces& surfaces,
+                      const VisibilityDepths& sights, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));

@@ -101,7 +101,7 @@ struct SurfacePoint {
 
 // What one view saw: rays from its centre to points, each with the standard deviation of its
 // distance. Floats, as there are many.
-struct Sights {
+struct ViewRays {
   Eigen::Vector3d p_world_camera = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f> p_world;
   std::vector<float> sigma_m;  // as many
@@ -110,7 +110,7 @@ struct Sights {
 struct BuildingInput {
   std::vector<SurfacePoint> points;
   std::vector<MapLine> lines;
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
   std::vector<Eigen::Vector3d> trajectory_world;  // places of the rig, in their order
 };
 

@@ -25,7 +25,7 @@ namespace slcmap::inline mapping {
 struct AdjustmentFigures {
   int64_t keyframes = 0, points = 0, point_observations = 0, lines = 0, line_observations = 0;
   int64_t rejected_point_observations = 0, rejected_line_observations = 0;
-  int64_t closures = 0, closures_taken_back = 0;  // found, and of these
+  int64_t closures = 0, closures_rejected = 0;    // found, and of these
   int64_t matched_points = 0, matched_edges = 0;  // of those that stayed
   int iterations = 0;
   double initial_cost = 0, final_cost = 0;  // half the robustified sum of squares
@@ -33,7 +33,7 @@ struct AdjustmentFigures {
 
 // How an adjustment of poses that were given went.
 
-struct GivenPoseFigures {
+struct ExternalPoseFigures {
   int64_t views = 0, pairs = 0, points = 0;
   // How far points are from where poses have them: the median over pairs of views of the length of
   // their median.
@@ -176,7 +176,7 @@ struct MapResult {
   // What the adjustment over all keyframes was made of; none where there was none. Not read back.
   std::optional<AdjustmentFigures> adjustment;
   // How poses that were given were moved; none where they stay. Not read back.
-  std::optional<GivenPoseFigures> given_poses;
+  std::optional<ExternalPoseFigures> given_poses;
   // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
   // that does not say how they were calibrated. Not read back.
   std::optional<Rig> calibrated_rig;

@@ -65,13 +65,13 @@ Json AdjustmentJson(const std::optional<AdjustmentFigures>& figures) {
           {"line_observations", figures->line_observations},
           {"rejected_line_observations", figures->rejected_line_observations},
           {"closures", figures->closures},
-          {"closures_taken_back", figures->closures_taken_back},
+          {"closures_taken_back", figures->closures_rejected},
           {"matched_points", figures->matched_points},
           {"matched_edges", figures->matched_edges},
           {"iterations", figures->iterations}};
 }
 
-Json GivenPosesJson(const std::optional<GivenPoseFigures>& figures) {
+Json ExternalPosesJson(const std::optional<ExternalPoseFigures>& figures) {
   if (!figures) return nullptr;
   return {{"views", figures->views},
           {"pairs", figures->pairs},
@@ -120,7 +120,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"median_line_observations", MedianObservations(map.lines)},
                {"voxel_m", map.occupancy.resolution_m()},
                {"adjustment", AdjustmentJson(map.adjustment)},
-               {"given_poses", GivenPosesJson(map.given_poses)}};
+               {"given_poses", ExternalPosesJson(map.given_poses)}};
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
   for (const auto& [what, count] : CountContents(map)) json["counts"][what] = count;
   json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value()));

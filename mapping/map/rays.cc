@@ -200,8 +200,8 @@ std::optional<Vector3d> PlaceOn(const MapLine& line, const RigidTransform& T_wor
   return Vector3d(line.start_world + along_m * direction);
 }
 
-void AddSights(const MapLine& line, const LineSegment& segment_px, const Camera& camera,
-               const RigidTransform& T_world_camera, Sights* sights) {
+void AddLineRays(const MapLine& line, const LineSegment& segment_px, const Camera& camera,
+                 const RigidTransform& T_world_camera, ViewRays* sights) {
   const Vector2d way_px = segment_px.end - segment_px.start;
   const int count = std::clamp(static_cast<int>(way_px.norm() / kApart_px), 1, kMostRays);
   for (int i = 0; i < count; ++i) {
@@ -215,22 +215,22 @@ void AddSights(const MapLine& line, const LineSegment& segment_px, const Camera&
 
 }  // namespace
 
-std::vector<Sights> SightsOfLines(const MapResult& map) {
+std::vector<ViewRays> CollectLineRays(const MapResult& map) {
   const NumberedPieces pieces = NumberPieces(map);
   const auto poses = PosesByStamp(map);
-  std::map<std::pair<int64_t, int>, Sights> images;  // by stamp and camera
+  std::map<std::pair<int64_t, int>, ViewRays> images;  // by stamp and camera
   for (const LineSupport& support : map.line_evidence.supports) {
     const auto line = pieces.find({support.line_id, support.piece});
     const auto pose = poses.find(support.stamp_ns);
     if (line == pieces.end() || pose == poses.end()) continue;
     const RigidTransform T_world_camera =
         pose->second * map.rectified_rig.T_imu_camera[support.camera];
-    Sights& sights = images[{support.stamp_ns, support.camera}];
+    ViewRays& sights = images[{support.stamp_ns, support.camera}];
     sights.p_world_camera = T_world_camera.translation;
-    AddSights(*line->second, support.px, map.rectified_rig.cameras[support.camera], T_world_camera,
-              &sights);
+    AddLineRays(*line->second, support.px, map.rectified_rig.cameras[support.camera],
+                T_world_camera, &sights);
   }
-  std::vector<Sights> all;
+  std::vector<ViewRays> all;
   for (auto& [image, sights] : images) all.push_back(std::move(sights));
   return all;
 }

@@ -57,18 +57,18 @@ inline constexpr const char* kRayOutOfOctree = "rays_out_of_octree";
 // stamp and camera. Where walls are blank and stereo measures nothing, these are what is known to
 // be free. Their ends are as uncertain as their lines, and at least as uncertain as lines are that
 // turn out a little wrong.
-std::vector<Sights> SightsOfLines(const MapResult& map);
+std::vector<ViewRays> CollectLineRays(const MapResult& map);
 
 // All points of the dense cloud, the lines, and the places of the trajectory, with the sights and
 // what the lines add to them.
-inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<Sights> sights) {
+inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<ViewRays> sights) {
   BuildingInput input;
   for (const DensePoint& point : map.dense) {
     input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
   }
   input.lines = map.lines;
   input.sights = std::move(sights);
-  std::vector<Sights> of_lines = SightsOfLines(map);
+  std::vector<ViewRays> of_lines = CollectLineRays(map);
   std::move(of_lines.begin(), of_lines.end(), std::back_inserter(input.sights));
   for (const StampedPose& pose : map.trajectory) {
     input.trajectory_world.push_back(pose.T_world_imu.translation);

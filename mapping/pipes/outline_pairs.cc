@@ -353,7 +353,7 @@ double FitBar(const std::vector<OutlinePair>& pairs, double radius_m, double pos
 
 }  // namespace
 
-double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
+double ExpectEdgeMisfit(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
   return FitEdges(pairs, pose_sigma_m);
 }
 
@@ -373,7 +373,7 @@ WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double
       pair.offsets_m[side] = CylinderBody::Reach(cylinder.data(), pair.normals[side], side);
     }
   }
-  evidence.told = ToldByWidths(perfect, pose_sigma_m);
+  evidence.told = ExpectEdgeMisfit(perfect, pose_sigma_m);
   return evidence;
 }
 
@@ -419,8 +419,8 @@ std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places,
     return CollectWidthEvidence(pairs, places[place].cylinder.radius_m, pose_sigma_m);
   };
   const auto told = Where(places.size(), progress.Part(0, kChosen), [&](size_t i) {
-    return ToldByWidths(ExpectedPairs(places[i], images.views, cameras), pose_sigma_m) >=
-           kLeastToldByWidths;
+    return ExpectEdgeMisfit(ExpectedPairs(places[i], images.views, cameras), pose_sigma_m) >=
+           kLeastEdgeMisfit;
   });
   std::vector<size_t> first, others;
   for (size_t view = 0; view < images.views.size(); ++view) {

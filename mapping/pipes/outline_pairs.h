@@ -65,10 +65,10 @@ struct WidthEvidence {
 };
 
 // Less tells nothing.
-inline constexpr double kLeastToldByWidths = 15;
+inline constexpr double kLeastEdgeMisfit = 15;
 
 // `told` alone, of pairs as a cylinder has them.
-double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
+double ExpectEdgeMisfit(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
 
 WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double radius_m,
                                    double pose_sigma_m);

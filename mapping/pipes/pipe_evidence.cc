@@ -206,7 +206,7 @@ SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, dou
 namespace {
 
 // The images tell it from an edge on each side.
-bool IsTold(const RayEvidence& rays, const PipeOptions& options) {
+bool RulesOutEdges(const RayEvidence& rays, const PipeOptions& options) {
   constexpr double kLeastTold = 0.08, kLeastSquared = 15, kLeastShare = 0.5;
   const bool by_most = rays.straight.median >= options.min_gain * rays.round.median &&
                        rays.told.median >= kLeastTold;
@@ -215,7 +215,7 @@ bool IsTold(const RayEvidence& rays, const PipeOptions& options) {
 }
 
 // Neither an edge on each side nor one for each line does better.
-bool FitsAsWell(const RayEvidence& rays) {
+bool FitsNoWorse(const RayEvidence& rays) {
   constexpr double kSlack = 1.3, kFew = 3, kMostOfOutline = 1;
   return rays.round.squared <= kSlack * rays.straight.squared + kFew &&
          rays.round.median <= kSlack * rays.own.median &&
@@ -246,7 +246,7 @@ bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
 }
 
 // Where the views should tell it from edges, and edges do better nevertheless.
-bool SpeaksForEdges(const RayEvidence& rays) {
+bool PrefersEdges(const RayEvidence& rays) {
   constexpr double kTold = 15, kLeastShare = 0.3;
   return rays.told.squared >= kTold &&
          rays.straight.squared - rays.round.squared < kLeastShare * rays.told.squared;
@@ -254,7 +254,8 @@ bool SpeaksForEdges(const RayEvidence& rays) {
 
 // The cloud bulges between the outlines nearly as a pipe does, and is behind beside them; from one
 // side the outlines need not say more than that a pipe fits about as well as edges do.
-bool Bulges(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface) {
+bool IsConvexByDepth(const Cylinder& cylinder, const RayEvidence& rays,
+                     const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 30, kLeastPoints = 80;
   constexpr double kLeastBoth = 0.7, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
   constexpr double kLeastLength_m = 1.5, kLeastRadius_m = 0.05;
@@ -266,13 +267,13 @@ bool Bulges(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
          rays.round.squared <= kMostOfOwn * rays.own.squared + kFew &&
          surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
          surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
-         surface.off <= kMostOff && surface.beside <= kBehind && !SpeaksForEdges(rays);
+         surface.off <= kMostOff && surface.beside <= kBehind && !PrefersEdges(rays);
 }
 
 // A long bar that nearly all images show both outlines of, and that all that is known beside it is
 // behind. What of the cloud is on it bulges, though much of it is torn to what is behind: so may a
 // flat strip, or a square bar seen from one side alone, but these seldom stand as free.
-bool StandsFree(const RayEvidence& rays, const SurfaceEvidence& surface) {
+bool IsFreeBar(const RayEvidence& rays, const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 60, kLeastPoints = 150;
   constexpr double kLeastBoth = 0.85, kSlack = 1.3, kFew = 3;
   constexpr double kLeastHeight = 0.15, kLeastHighest = 0.45, kMostHighest = 1.1, kBehind = -1;
@@ -315,19 +316,19 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
   if (HasRoundSurface(cylinder, rays, surface, options)) return true;
   if (cylinder.radius_m < options.min_outlined_radius_m) return false;
   if (rays.both_images < options.min_both_sides * rays.images) return false;
-  const bool outlined =
-      IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
+  const bool outlined = RulesOutEdges(rays, options) && FitsNoWorse(rays) &&
+                        !IsContradicted(cylinder, surface, options);
   if (outlined) return true;
-  return !rays.has_ridge &&
-         (StandsOut(rays, surface) || Bulges(cylinder, rays, surface) || StandsFree(rays, surface));
+  return !rays.has_ridge && (StandsOut(rays, surface) || IsConvexByDepth(cylinder, rays, surface) ||
+                             IsFreeBar(rays, surface));
 }
 
-bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
-                     const SurfaceEvidence& surface) {
+bool HasPipeWidth(const Cylinder& cylinder, const WidthEvidence& widths,
+                  const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 10;
   constexpr double kLeastShareOfTold = 0.4, kLeastGain = 2, kMostOfImage = 1.6;
   constexpr double kSlack = 1.1, kFew = 5, kMostOtherRadius = 0.1;
-  return widths.images >= kLeastImages && widths.told >= kLeastToldByWidths &&
+  return widths.images >= kLeastImages && widths.told >= kLeastEdgeMisfit &&
          widths.edges - widths.cylinder >= kLeastShareOfTold * widths.told &&
          widths.edges >= kLeastGain * widths.cylinder &&
          widths.cylinder <= kMostOfImage * widths.images &&

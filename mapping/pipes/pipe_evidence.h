@@ -80,7 +80,7 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
 
 // Whether images show it as wide as a pipe is and nothing else, and the cloud does not say that it
 // is flat.
-bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
-                     const SurfaceEvidence& surface);
+bool HasPipeWidth(const Cylinder& cylinder, const WidthEvidence& widths,
+                  const SurfaceEvidence& surface);
 
 }  // namespace slcmap::mapping

@@ -158,7 +158,7 @@ std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
     if (!all[i]) continue;
     const auto& [rays, surface, widths] = *all[i];
     const Cylinder& cylinder = candidates[i].fit.cylinder;
-    if (IsAsWideAsAPipe(cylinder, widths, surface)) {
+    if (HasPipeWidth(cylinder, widths, surface)) {
       judged.push_back({&candidates[i], rays, 0});
     } else if (IsPipe(cylinder, rays, surface, options)) {
       judged.push_back({&candidates[i], rays, surface.off});

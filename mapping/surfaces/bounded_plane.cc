@@ -214,7 +214,7 @@ std::vector<bool> OnBetterOnes(const std::vector<DensePoint>& dense,
 
 }  // namespace
 
-void DrawToPlanes(const Building& building, const PlaneOptions& options,
+void SnapToPlanes(const Building& building, const PlaneOptions& options,
                   std::vector<DensePoint>* dense) {
   if (!(options.draw_sigmas > 0)) return;
   const std::vector<BoundedPlane> planes = BoundedPlanes(building, options);

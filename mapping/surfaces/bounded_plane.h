@@ -89,7 +89,7 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
 // plane say. Points that face another way, are more than draw_sigmas off, or in an opening, stay.
 // Of those that come to lie on a better known one the uncertain ones go. Planes that nobody
 // measured draw nothing.
-void DrawToPlanes(const Building& building, const PlaneOptions& options,
+void SnapToPlanes(const Building& building, const PlaneOptions& options,
                   std::vector<DensePoint>* dense);
 
 // Into the dense cloud and, as patches of surfaces spacing_m wide, into the occupancy.

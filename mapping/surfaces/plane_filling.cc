@@ -32,9 +32,9 @@ double TopOf_m(const Storey& storey) {
 
 // Calls use(way) for the free parts of rays in a storey.
 template <typename Use>
-void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m,
+void ForEachWay(const Storey& storey, const std::vector<ViewRays>& sights, double cell_m,
                 const Progress& progress, Use use) {
-  const SightRays rays(sights, kMaxRays);
+  const FreeSpaceRays rays(sights, kMaxRays);
   rays.ForSomeViews(progress.Part(0, 0), [&](size_t begin, size_t end_view) {
     for (size_t view = begin; view < end_view; ++view) {
       rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
@@ -99,7 +99,8 @@ BoundedPlane CeilingOver(const BoundedPlane& floor, double ceiling_m) {
 
 }  // namespace
 
-std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<Sights>& sights,
+std::vector<BoundedPlane> StoreyPlanes(const Building& building,
+                                       const std::vector<ViewRays>& sights,
                                        const PlaneOptions& options, const Progress& progress) {
   std::vector<BoundedPlane> planes;
   for (const Storey& storey : building.storeys) {
@@ -172,7 +173,7 @@ class WatchingViews {
 
  private:
   const std::vector<ViewCameras>& cameras_;
-  std::vector<std::vector<SightDepths>> depths_;  // by rig
+  std::vector<std::vector<VisibilityDepths>> depths_;  // by rig
   const PlaneOptions& options_;
 };
 

@@ -20,10 +20,10 @@ constexpr double kSigmas = 3;
 
 }  // namespace
 
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& sights,
                       const PlaneOptions& options) {
   cv::Mat1i passes = cv::Mat1i::zeros(grid.rows, grid.columns);
-  for (const Sights& view : sights) {
+  for (const ViewRays& view : sights) {
     const double before_m = grid.DistanceTo(view.p_world_camera);
     if (before_m == 0) continue;
     for (size_t i = 0; i < view.p_world.size(); ++i) {
@@ -52,7 +52,7 @@ constexpr double kMargin_px = 2;     // of the image's border
 
 }  // namespace
 
-PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<SightDepths>& depths,
+PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths,
                        const PlaneOptions& options)
     : cameras_(cameras),
       depths_(depths),
@@ -85,7 +85,7 @@ bool PlaneWatch::SeesFrom(int view, const Vector3d& p_world, const Vector3d& nor
   const Vector2d px = PixelFromPlane(camera, Vector2d(p_camera.hnormalized()));
   if (!camera.Contains(px, kMargin_px)) return false;
   const Vector3d normal_camera = T_camera_world.rotation * normal_world;
-  return std::ranges::none_of(depths_, [&](const SightDepths& depths) {
+  return std::ranges::none_of(depths_, [&](const VisibilityDepths& depths) {
     return depths.HidesSurface(view, 0, camera, p_camera, normal_camera);
   });
 }

@@ -18,14 +18,14 @@
 namespace slcmap::inline mapping {
 
 // By cell: the rays that go through it to an end clearly behind it, from either side.
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& sights,
                       const PlaneOptions& options);
 
 // The left images of a rig's views. What is given has to live on.
 class PlaneWatch {
  public:
   // Hidden is what one of the depths hides.
-  PlaneWatch(const ViewCameras& cameras, const std::vector<SightDepths>& depths,
+  PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths,
              const PlaneOptions& options);
 
   // From before the surface, near and steeply enough, past all that hides it. Neighbouring places
@@ -37,7 +37,7 @@ class PlaneWatch {
                 const Eigen::Vector3d& normal_world) const;
 
   const ViewCameras& cameras_;
-  const std::vector<SightDepths>& depths_;
+  const std::vector<VisibilityDepths>& depths_;
   const double max_range_m_, min_cosine_;
   std::vector<Eigen::Vector3d> centres_;
   int last_ = 0;

@@ -246,7 +246,7 @@ void WarnWhereZIsNotUp(const std::string& sequence, SequenceOptions options, Odo
 }
 
 // What is mapped behind a jump does not fit what was mapped before it.
-void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
+void ReportJumps(const Trajectory& trajectory, OdometryRun* run) {
   std::vector<PoseJump> jumps = FindJumps(trajectory);
   std::erase_if(jumps, [&](const PoseJump& jump) {  // where nothing is mapped
     return jump.stamp_ns <= run->states.front().stamp_ns ||
@@ -385,7 +385,7 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   const Sequence recording = OpenSequence(sequence, options);
   RequireStereo(recording.folder, recording.rig);
   OdometryRun run;
-  run.method = kGivenPoses;
+  run.method = kExternalPoses;
   run.complete = true;
   RunSource& source = run.source.emplace();
   source.sequence = fs::weakly_canonical(recording.folder).string();
@@ -412,7 +412,7 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
     RefusePosesBetween(recording, trajectory, selection);
     RefusePoses(recording, trajectory);
   }
-  TellJumps(trajectory, &run);
+  ReportJumps(trajectory, &run);
   WarnWhereZIsNotUp(sequence, options, &run);
   run.id = IdOfPoses(run);
   return run;

@@ -55,7 +55,7 @@ struct KeyframeSelection {
 
 // The run of an odometry that was done by somebody else: a state at each image of a recording (an
 // ASL folder; IMU data are not needed) that the trajectory covers, and keyframes among them without
-// observations; its method is kGivenPoses (odometry/run/run.h), and its id is a checksum of the
+// observations; its method is kExternalPoses (odometry/run/run.h), and its id is a checksum of the
 // poses and of the images' names. It is partial where the poses jump. Throws DataError when the
 // recording cannot be used, or no pose is at an image.
 OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,

@@ -154,7 +154,7 @@ std::optional<Step> StepTo(const Trajectory& trajectory, size_t to) {
 }
 
 // What of a step is left when motion goes on as in another one.
-PoseJump Besides(const Step& step, const Step& motion) {
+PoseJump ComputeUnexplainedStep(const Step& step, const Step& motion) {
   const double share = step.duration_s / motion.duration_s;
   return {0, 0, (step.way_m - share * motion.way_m).norm(),
           ExpRotation(step.turn_rad).angularDistance(ExpRotation(share * motion.turn_rad))};
@@ -179,7 +179,7 @@ std::vector<PoseJump> FindJumps(const Trajectory& trajectory) {
     for (const std::optional<Step>& motion :
          {StepTo(trajectory, i - 1), StepTo(trajectory, i + 1)}) {
       if (!motion) continue;
-      const PoseJump besides = Besides(*step, *motion);
+      const PoseJump besides = ComputeUnexplainedStep(*step, *motion);
       is_jump = is_jump && IsJump(besides, *step, *motion);
       if (!least || besides.moved_m < least->moved_m) least = besides;
     }

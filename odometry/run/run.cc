@@ -24,7 +24,7 @@ Method MethodFromName(const std::string& name) {
 }
 
 void CheckMethodName(const std::string& place, const std::string& name) {
-  if (name == kGivenPoses) return;
+  if (name == kExternalPoses) return;
   try {
     MethodFromName(name);
   } catch (const ConfigError& error) {

@@ -26,9 +26,9 @@ enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
 // Throws ConfigError naming the methods there are.
 Method MethodFromName(const std::string& name);
 // The method of a run whose poses somebody else has estimated.
-inline constexpr const char* kGivenPoses = "poses";
+inline constexpr const char* kExternalPoses = "poses";
 
-// The same as a DataError that names the place where the name was found; kGivenPoses is one.
+// The same as a DataError that names the place where the name was found; kExternalPoses is one.
 void CheckMethodName(const std::string& place, const std::string& name);
 std::string MethodName(Method method);
 bool UsesLines(Method method);

@@ -100,7 +100,7 @@ void Measure(const std::string& folder, double duration_s, const AdjustmentOptio
   std::printf(
       "%ld keyframes, %ld points, %ld lines, %d iterations; %ld closures, %ld taken back, %ld "
       "points and %ld edges matched\nonline %.4f, window %.4f, adjusted %.4f m; %.1f s CPU\n",
-      f.keyframes, f.points, f.lines, f.iterations, f.closures, f.closures_taken_back,
+      f.keyframes, f.points, f.lines, f.iterations, f.closures, f.closures_rejected,
       f.matched_points, f.matched_edges, Ape(truth, online), Ape(truth, window),
       Ape(truth, adjusted), spent_s);
 }

@@ -46,7 +46,7 @@ void PrintFigures(const AdjustmentFigures& f) {
       "matched\n",
       f.keyframes, f.points, f.point_observations, f.rejected_point_observations, f.lines,
       f.line_observations, f.rejected_line_observations, f.iterations, f.initial_cost, f.final_cost,
-      f.closures, f.closures_taken_back, f.matched_points, f.matched_edges);
+      f.closures, f.closures_rejected, f.matched_points, f.matched_edges);
 }
 
 void Measure(const std::string& folder, const std::string& truth_path,

@@ -159,7 +159,7 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
          const std::string& output) {
   OdometryRun run = RunAtPoses(sequence, {}, ReadTrajectory(poses));
   // Of all pairs: where the tenth was taken from is found by points, which no line is made of.
-  AdjustGivenPoses(*KeyframeImages(run, sequence), options.given_poses, &run);
+  AdjustExternalPoses(*KeyframeImages(run, sequence), options.given_poses, &run);
   const RecordedViews all = ViewsOfRun(run, sequence);
   std::vector<size_t> held_out;
   std::vector<Keyframe> kept;

@@ -39,7 +39,7 @@ LineSupport MeasureSupport(int piece, double from_x_px, double to_x_px) {
 TEST(LineSights, EndOnTheLineThatIsSeen) {
   MapResult map = MapOfOneLine();
   map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
-  const std::vector<Sights> sights = SightsOfLines(map);
+  const std::vector<ViewRays> sights = CollectLineRays(map);
   ASSERT_THAT(sights, SizeIs(1));
   EXPECT_EQ(sights[0].p_world_camera, Vector3d::Zero());
   EXPECT_GE(sights[0].p_world.size(), 4u);
@@ -57,7 +57,7 @@ TEST(LineSights, EndOnTheLineThatIsSeen) {
 TEST(LineSights, PixelsBeyondThePieceTellNothing) {
   MapResult map = MapOfOneLine();
   map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
-  const std::vector<Sights> sights = SightsOfLines(map);
+  const std::vector<ViewRays> sights = CollectLineRays(map);
   ASSERT_THAT(sights, SizeIs(1));
   EXPECT_TRUE(sights[0].p_world.empty());
 }
@@ -67,7 +67,7 @@ TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
   LineSupport right = MeasureSupport(1, 400, 500);
   right.camera = 1;
   map.line_evidence.supports = {MeasureSupport(0, 120, 320), right};
-  const std::vector<Sights> sights = SightsOfLines(map);
+  const std::vector<ViewRays> sights = CollectLineRays(map);
   ASSERT_THAT(sights, SizeIs(2));
   EXPECT_EQ(sights[1].p_world_camera, Vector3d(0.1, 0, 0));
   for (const Eigen::Vector3f& p : sights[1].p_world) EXPECT_GE(p.x(), 0.4f);
@@ -77,7 +77,7 @@ TEST(LineSights, MarksAreSeenToo) {
   MapResult map = MapOfOneLine();
   std::swap(map.lines, map.marks);
   map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
-  EXPECT_THAT(SightsOfLines(map), SizeIs(1));
+  EXPECT_THAT(CollectLineRays(map), SizeIs(1));
 }
 
 TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
@@ -87,7 +87,7 @@ TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
   LineSupport elsewhere = MeasureSupport(0, 120, 320);
   elsewhere.stamp_ns = 8;
   map.line_evidence.supports = {unknown, elsewhere};
-  EXPECT_THAT(SightsOfLines(map), IsEmpty());
+  EXPECT_THAT(CollectLineRays(map), IsEmpty());
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ MapResult MadeMap() {
   return map;
 }
 
-std::vector<Sights> MadeSights() {
-  Sights sights;
+std::vector<ViewRays> MadeSights() {
+  ViewRays sights;
   sights.p_world_camera = {0.1, 1. / 3, 2};
   sights.p_world = {{0.3f, 0.7f, 1.f / 3}, {4, 5, 6}};
   sights.sigma_m = {0.01f / 3, 0.2f};

@@ -52,7 +52,7 @@ inline MapResult ScannedAlong(const Scene& scene, const std::vector<Way>& ways,
     map.lines.push_back(line);
   }
   std::vector<RayBundle> rays;
-  for (const Sights& sights : seen.sights) {
+  for (const ViewRays& sights : seen.sights) {
     RayBundle bundle{T_map_scene * sights.p_world_camera, {}};
     for (const Eigen::Vector3f& p : sights.p_world) {
       bundle.p_world.push_back(T_map_scene * p.cast<double>());

@@ -93,8 +93,8 @@ class Scanner {
     return material.contrast > 0 && material.texture != TextureKind::kLamp;
   }
 
-  Sights Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
-    Sights sights{place + drift, {}, {}};
+  ViewRays Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
+    ViewRays sights{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
     RayScene::Packet packet;
     for (int first = 0; first < options_.rays; first += RayScene::kLanes) {
@@ -117,7 +117,7 @@ class Scanner {
   }
 
   void AddHit(const ScenePatch& patch, const Vector3d& place, const Vector3d& ray,
-              double distance_m, const Vector3d& drift, Sights* sights) {
+              double distance_m, const Vector3d& drift, ViewRays* sights) {
     if (!IsTextured(patch)) return;
     const double sigma_m = options_.noise_m + options_.noise_per_m * distance_m * distance_m;
     const Vector3d p = place + (distance_m + sigma_m * Normal(&generator_)) * ray + drift;

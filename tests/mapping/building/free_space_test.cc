@@ -11,11 +11,11 @@ using Eigen::Vector3d;
 FreeSpace Empty() { return {{Vector2d(0, 0), Vector2d(10, 10)}, 0.1}; }
 
 // Of views with so many rays each; a ray ends at x = its number among all.
-std::vector<Sights> SightsWith(const std::vector<int>& counts) {
-  std::vector<Sights> sights;
+std::vector<ViewRays> SightsWith(const std::vector<int>& counts) {
+  std::vector<ViewRays> sights;
   int number = 0;
   for (const int count : counts) {
-    Sights view;
+    ViewRays view;
     for (int i = 0; i < count; ++i) {
       view.p_world.emplace_back(static_cast<float>(number++), 0.0F, 0.0F);
       view.sigma_m.push_back(0.01F);
@@ -25,7 +25,7 @@ std::vector<Sights> SightsWith(const std::vector<int>& counts) {
   return sights;
 }
 
-std::vector<int> CollectRays(const SightRays& rays) {
+std::vector<int> CollectRays(const FreeSpaceRays& rays) {
   std::vector<int> numbers;
   for (size_t view = 0; view < rays.views(); ++view) {
     rays.ForEachIn(view, [&](const Vector3d&, const Vector3d& end, double) {
@@ -56,20 +56,20 @@ TEST(FreeSpace, CountsNoMoreWaysThanFit) {
   EXPECT_TRUE(whole.IsFree({5, 1}));
 }
 
-TEST(SightRays, AreAllOfFew) {
+TEST(FreeSpaceRays, AreAllOfFew) {
   const auto sights = SightsWith({2, 0, 3});
   EXPECT_EQ(CollectRays({sights, 100}), (std::vector{0, 1, 2, 3, 4}));
 }
 
 // Whichever views they are of, also those with fewer rays than one is taken of.
-TEST(SightRays, AreEverySoManiethOfMany) {
+TEST(FreeSpaceRays, AreEverySoManiethOfMany) {
   const auto sights = SightsWith({4, 1, 1, 0, 5, 2});
   EXPECT_EQ(CollectRays({sights, 6}), (std::vector{0, 3, 6, 9, 12}));
 }
 
-TEST(SightRays, AreGivenInRangesOfViewsUntilStopped) {
+TEST(FreeSpaceRays, AreGivenInRangesOfViewsUntilStopped) {
   const auto sights = SightsWith(std::vector<int>(100, 1));
-  const SightRays rays(sights, 1000);
+  const FreeSpaceRays rays(sights, 1000);
   size_t next = 0;
   rays.ForSomeViews({}, [&](size_t begin, size_t end) {
     EXPECT_EQ(begin, next);

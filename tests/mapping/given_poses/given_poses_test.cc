@@ -50,7 +50,7 @@ class GivenPosesTest : public ::testing::Test {
   }
 
   RoomViews room_{4, 0.25, 3};
-  GivenPoseOptions options_;
+  ExternalPoseOptions options_;
 };
 
 TEST_F(GivenPosesTest, TurnedViewsAreTurnedBack) {
@@ -93,11 +93,11 @@ TEST_F(GivenPosesTest, IsTheSameOnAnyNumberOfThreads) {
 TEST_F(GivenPosesTest, KeyframesOfARunAreMovedUnlessThatIsNotWanted) {
   OdometryRun run = RunOf(Turned());
   options_.adjust = false;
-  EXPECT_FALSE(AdjustGivenPoses(room_, options_, &run));
+  EXPECT_FALSE(AdjustExternalPoses(room_, options_, &run));
   const Eigen::Quaterniond given = run.keyframes[2].T_world_imu.rotation;
   EXPECT_EQ(given.coeffs(), Turned()[2].T_world_imu.rotation.coeffs());
   options_.adjust = true;
-  EXPECT_TRUE(AdjustGivenPoses(room_, options_, &run));
+  EXPECT_TRUE(AdjustExternalPoses(room_, options_, &run));
   EXPECT_GT(run.keyframes[2].T_world_imu.rotation.angularDistance(given), 0.0005);
 }
 
@@ -129,9 +129,9 @@ TEST_F(GivenPosesTest, AClockThatIsOffIsMendedInStatesToo) {
 
 TEST_F(GivenPosesTest, ARunThatIsInterruptedStaysAsItWas) {
   OdometryRun run = RunOf(Turned());
-  EXPECT_FALSE(AdjustGivenPoses(room_, options_, &run, Progress([](double done) {
-                                  return done < 0.8;  // in the second round
-                                })));
+  EXPECT_FALSE(AdjustExternalPoses(room_, options_, &run, Progress([](double done) {
+                                     return done < 0.8;  // in the second round
+                                   })));
   EXPECT_EQ(run.keyframes[2].T_world_imu.rotation.coeffs(),
             Turned()[2].T_world_imu.rotation.coeffs());
 }

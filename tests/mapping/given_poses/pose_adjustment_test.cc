@@ -92,7 +92,7 @@ class PoseAdjustmentTest : public ::testing::Test {
   Rig rig_;
   Views true_;
   std::mt19937 random_{7};
-  GivenPoseOptions options_;
+  ExternalPoseOptions options_;
 };
 
 TEST_F(PoseAdjustmentTest, ExactMatchesBringViewsToWhereTheyWereToEachOther) {

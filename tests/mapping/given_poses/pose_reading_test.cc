@@ -51,7 +51,7 @@ std::vector<BodyStep> Steps() {
 }
 
 PoseReading Judge(const PoseTable& table, const PoseForm& form = {}) {
-  return JudgeReading(table, form, Steps(), kT_imu_camera, "steps");
+  return ClassifyReading(table, form, Steps(), kT_imu_camera, "steps");
 }
 
 TEST(PoseReading, GoodPosesAgree) {

@@ -17,7 +17,7 @@ using testing::PaintedWall;
 const PointAndDirection kTrue{{0.2, 2, 0.1}, Eigen::Vector3d(0.3, 0.1, 1).normalized()};
 
 // Of four samples, so far off the line's image.
-EdgePlace PlaceAt(const LineInView& part, double share, double off_px, int view, int camera) {
+EdgePoint PlaceAt(const LineInView& part, double share, double off_px, int view, int camera) {
   const Eigen::Vector2d along = (part.px.end - part.px.start).normalized();
   const Eigen::Vector2d normal(along.y(), -along.x());
   const Eigen::Vector2d px =
@@ -28,10 +28,10 @@ EdgePlace PlaceAt(const LineInView& part, double share, double off_px, int view,
 }
 
 // Where the views see the line, off by noise across its image.
-std::vector<EdgePlace> CollectPlaces(const ViewCameras& cameras, double sigma_px, unsigned seed) {
+std::vector<EdgePoint> CollectPlaces(const ViewCameras& cameras, double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 1);
-  std::vector<EdgePlace> places;
+  std::vector<EdgePoint> places;
   for (int view = 0; view < static_cast<int>(cameras.T_camera_world.size()); ++view) {
     for (const int camera : {0, 1}) {
       const auto part = SeenPart(kTrue, {-0.5, 0.5}, cameras.T_camera_world[view][camera],
@@ -84,7 +84,7 @@ TEST_F(LineFitting, ErrsAsItsCovarianceSays) {
 }
 
 TEST_F(LineFitting, SurvivesPlacesOfAnotherEdge) {
-  std::vector<EdgePlace> places = CollectPlaces(cameras_, 0.1, 1);
+  std::vector<EdgePoint> places = CollectPlaces(cameras_, 0.1, 1);
   for (size_t i = 0; i < places.size(); i += 5) places[i].px += 5 * places[i].normal;
   const auto fit = FitLine(start_, places, cameras_, std::nullopt, options_);
   ASSERT_TRUE(fit);
@@ -100,8 +100,8 @@ TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
   }
   const PaintedWall wall(views, {}, 2);
   const ViewCameras cameras(views, wall.rig());
-  std::vector<EdgePlace> places = CollectPlaces(cameras, 0.02, 1);
-  for (EdgePlace& place : places) {
+  std::vector<EdgePoint> places = CollectPlaces(cameras, 0.02, 1);
+  for (EdgePoint& place : places) {
     if (place.view >= 8 && place.along_m < 0) place.px += 0.8F * place.normal;
   }
   const auto off_rad = [&](double far_power) {
@@ -123,7 +123,7 @@ TEST(LineFitFromAfar, IsNotLedByGlimpsesOfOneEnd) {
     }
     const PaintedWall wall(views, {}, 2);
     const ViewCameras cameras(views, wall.rig());
-    std::vector<EdgePlace> places;
+    std::vector<EdgePoint> places;
     for (int view = 0; view < 8 + glimpses; ++view) {
       const Interval seen = view < 8 ? Interval{-1.2, 1.2} : Interval{0.9, 1.2};
       for (const int camera : {0, 1}) {
@@ -156,7 +156,7 @@ TEST(LineFitFromAfar, IsNotLedByGlimpsesOfOneEnd) {
 class WhatIsTold : public LineFitting {
  protected:
   LineFit Fit(const LineFitOptions& options, const std::optional<DirectionPrior>& prior) const {
-    std::vector<EdgePlace> places;
+    std::vector<EdgePoint> places;
     for (int view = 0; view < 8; ++view) {
       const auto part =
           SeenPart(kTrue, {-0.5, 0.5}, cameras_.T_camera_world[view][0], cameras_.cameras[0], {});
@@ -195,8 +195,8 @@ TEST_F(WhatIsTold, KnowsADirectionAtLeastAsWellAsItsPrior) {
 
 // Places of one stretch of an image err alike: more of them know no more against a prior.
 TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
-  const std::vector<EdgePlace> places = CollectPlaces(cameras_, 0, 1);
-  std::vector<EdgePlace> more;
+  const std::vector<EdgePoint> places = CollectPlaces(cameras_, 0, 1);
+  std::vector<EdgePoint> more;
   for (int i = 0; i < 10; ++i) more.insert(more.end(), places.begin(), places.end());
   const Eigen::Vector3d turned =
       (kTrue.direction_world + 0.01 * kTrue.direction_world.unitOrthogonal()).normalized();
@@ -214,7 +214,7 @@ TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
 }
 
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
-  std::vector<EdgePlace> of_two = CollectPlaces(cameras_, 0.1, 1),
+  std::vector<EdgePoint> of_two = CollectPlaces(cameras_, 0.1, 1),
                          of_none = CollectPlaces(cameras_, 0.6, 2);
   for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;
   const auto two = FitLine(start_, of_two, cameras_, std::nullopt, options_);

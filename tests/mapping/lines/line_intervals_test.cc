@@ -86,8 +86,8 @@ TEST(LineMerging, DoesNotChain) {
   EXPECT_EQ(merged.size(), 2u);
 }
 
-EdgePlace PlaceAt(int view, double from_m, double to_m) {
-  EdgePlace place;
+EdgePoint PlaceAt(int view, double from_m, double to_m) {
+  EdgePoint place;
   place.view = view;
   place.along_m = static_cast<float>(0.5 * (from_m + to_m));
   place.from_m = static_cast<float>(from_m);

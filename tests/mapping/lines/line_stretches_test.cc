@@ -15,8 +15,8 @@ using testing::MovingViews;
 using testing::PaintedWall;
 
 const MapLineOptions kOptions;
-const StretchLimits kLimits{kOptions.min_views, kOptions.max_sigma_m, kOptions.max_spread_px,
-                            kOptions.intervals.min_length_m};
+const IntervalLimits kLimits{kOptions.min_views, kOptions.max_sigma_m, kOptions.max_spread_px,
+                             kOptions.intervals.min_length_m};
 const PointAndDirection kEdge{{0.2, 2, 0.1}, Eigen::Vector3d::UnitZ()};
 
 class LineStretches : public ::testing::Test {
@@ -45,7 +45,7 @@ class LineStretches : public ::testing::Test {
   }
 
   std::optional<LineFit> Fit(TrackedLine* line) const {
-    return FitStretches(cameras_, DirectionPrior{kEdge.direction_world, 0.01}, {}, kLimits, line);
+    return FitIntervals(cameras_, DirectionPrior{kEdge.direction_world, 0.01}, {}, kLimits, line);
   }
 
   static double Off_m(const LineFit& fit) {
@@ -82,7 +82,7 @@ TEST_F(LineStretches, WhatShowsAnotherEdgeLeaves) {
   ASSERT_EQ(line.intervals.size(), 1u);
   EXPECT_EQ(line.intervals[0].from_m, -0.5);
   EXPECT_NEAR(line.intervals[0].to_m, 0, 1e-9);
-  for (const EdgePlace& place : line.places) EXPECT_LT(place.along_m, 0);
+  for (const EdgePoint& place : line.places) EXPECT_LT(place.along_m, 0);
 }
 
 TEST_F(LineStretches, ALineThatHoldsLosesWhatDoesNot) {

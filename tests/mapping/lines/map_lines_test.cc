@@ -391,12 +391,12 @@ TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
     views.push_back(testing::LookingAtWall({-0.2 + 0.02 * i, -1.5, 0}, 200 + i));
   }
   const PartlyBlindWall wall(views, 11);
-  const auto lines_with = [&](const SightDepths& sights) {
+  const auto lines_with = [&](const VisibilityDepths& sights) {
     return BuildLines(views, wall, WallAxes(), {}, sights, LineSurfaces({}), MapLineOptions())
         .lines;
   };
   EXPECT_TRUE(lines_with({}).empty());
-  const SightDepths sights(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
+  const VisibilityDepths sights(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
   EXPECT_EQ(lines_with(sights).size(), 4u);
 }
 

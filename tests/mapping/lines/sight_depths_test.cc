@@ -30,29 +30,30 @@ ViewCameras OneView() {
 
 const Eigen::Vector2d kMiddle_px(239.5, 159.5);
 
-TEST(SightDepths, ASurfaceHidesWhatIsBehindIt) {
-  const SightDepths sights(DenseScreen(), 0.04, OneView());
+TEST(VisibilityDepths, ASurfaceHidesWhatIsBehindIt) {
+  const VisibilityDepths sights(DenseScreen(), 0.04, OneView());
   EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px, 3));
   EXPECT_TRUE(sights.Hides(0, 1, kMiddle_px, 3));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 2.05)) << "a line on it";
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 1));
 }
 
-TEST(SightDepths, WhatIsBesideItIsNotHidden) {
-  const SightDepths sights(DenseScreen(), 0.04, OneView());
+TEST(VisibilityDepths, WhatIsBesideItIsNotHidden) {
+  const VisibilityDepths sights(DenseScreen(), 0.04, OneView());
   // Its border is 75 px from the middle.
   EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(60, 0), 3));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(90, 0), 3));
   EXPECT_FALSE(sights.Hides(0, 0, {-5, 20}, 3)) << "outside the image";
 }
 
-TEST(SightDepths, BacksAndUnknownSurfacesHideNothing) {
-  EXPECT_FALSE(SightDepths(DenseScreen(1), 0.04, OneView()).Hides(0, 0, kMiddle_px, 3));
-  EXPECT_FALSE(SightDepths().Hides(0, 0, kMiddle_px, 3));
+TEST(VisibilityDepths, BacksAndUnknownSurfacesHideNothing) {
+  EXPECT_FALSE(VisibilityDepths(DenseScreen(1), 0.04, OneView()).Hides(0, 0, kMiddle_px, 3));
+  EXPECT_FALSE(VisibilityDepths().Hides(0, 0, kMiddle_px, 3));
 }
 
-TEST(SightDepths, OnceProgressSaysSoNothingIsHidden) {
-  const SightDepths sights(DenseScreen(), 0.04, OneView(), Progress([](double) { return false; }));
+TEST(VisibilityDepths, OnceProgressSaysSoNothingIsHidden) {
+  const VisibilityDepths sights(DenseScreen(), 0.04, OneView(),
+                                Progress([](double) { return false; }));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 3));
 }
 

@@ -53,7 +53,7 @@ Reach BarOf(double width_m, double depth_m, double turn_rad) {
 bool IsPipe(const std::vector<OutlinePair>& pairs, double radius_m) {
   Cylinder cylinder;
   cylinder.radius_m = radius_m;
-  return IsAsWideAsAPipe(cylinder, CollectWidthEvidence(pairs, radius_m, kPoseSigma_m), {});
+  return HasPipeWidth(cylinder, CollectWidthEvidence(pairs, radius_m, kPoseSigma_m), {});
 }
 
 TEST(WidthEvidence, ACylinderIsAsWideFromAllSides) {
@@ -101,8 +101,8 @@ TEST(WidthEvidence, WhatIsFlatInTheCloudIsNoPipe) {
   cylinder.radius_m = 0.1;
   const WidthEvidence widths =
       CollectWidthEvidence(SelectPairs(FitCylinder(0.1, {0, 0}), 0.8), 0.1, 0.002);
-  EXPECT_TRUE(IsAsWideAsAPipe(cylinder, widths, {100, 0.8, 1.0, 0.1}));
-  EXPECT_FALSE(IsAsWideAsAPipe(cylinder, widths, {100, 0.05, 0.2, 0.9}));
+  EXPECT_TRUE(HasPipeWidth(cylinder, widths, {100, 0.8, 1.0, 0.1}));
+  EXPECT_FALSE(HasPipeWidth(cylinder, widths, {100, 0.05, 0.2, 0.9}));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct Scene {
   std::vector<DensePoint> dense;
   std::vector<MapLine> lines;
   Building building;
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
   Views views;
 
   explicit Scene(double measured_y = kWall_m) {
@@ -171,7 +171,7 @@ TEST(FillPlanes, LeavesOutOpenings) {
 TEST(FillPlanes, LeavesOutWhatRaysPass) {
   Scene scene;
   for (int i = 0; i < 3; ++i) {
-    Sights sights{{0, 0, 1.5}, {}, {}};
+    ViewRays sights{{0, 0, 1.5}, {}, {}};
     for (float x = -0.25F; x <= 0.25F; x += 0.02F) {
       for (float z = -0.25F; z <= 0.25F; z += 0.02F) {
         sights.p_world.emplace_back(2 * x, 2 * kWall_m, 1.5F + 2 * z);

@@ -20,12 +20,12 @@ DensePoint PointAt(const Vector3d& p, double sigma_m) {
 DensePoint Drawn(const DensePoint& point, const PlaneOptions& options = {},
                  const Building& building = testing::WallWithDoor(kWallSigma_m)) {
   std::vector<DensePoint> dense = {point};
-  DrawToPlanes(building, options, &dense);
+  SnapToPlanes(building, options, &dense);
   EXPECT_EQ(dense.size(), 1u);
   return dense.front();
 }
 
-TEST(DrawToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
+TEST(SnapToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
   const double surface_m2 = 0.005 * 0.005 + 0.01 * 0.01, stereo_m2 = 0.04 * 0.04;
   const DensePoint uncertain = Drawn(PointAt({3, 2.94, 1}, 0.04));
   EXPECT_NEAR(3 - uncertain.p_world.y(), 0.06 * surface_m2 / (surface_m2 + stereo_m2), 1e-9);
@@ -35,7 +35,7 @@ TEST(DrawToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
   EXPECT_NEAR(Drawn(PointAt({3, 2.98, 1}, 0.001)).p_world.y(), 2.98, 2e-4);
 }
 
-TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
+TEST(SnapToPlanes, WhatIsNotOnThePlaneStays) {
   const auto stays = [](const DensePoint& point, const PlaneOptions& options = {},
                         const Building& building = testing::WallWithDoor(kWallSigma_m)) {
     return Drawn(point, options, building).p_world == point.p_world;
@@ -56,10 +56,10 @@ TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
   EXPECT_TRUE(stays(on_wall, {}, unseen));
 }
 
-TEST(DrawToPlanes, OfSeveralThatComeToOnePlaceTheBestStays) {
+TEST(SnapToPlanes, OfSeveralThatComeToOnePlaceTheBestStays) {
   std::vector<DensePoint> dense = {PointAt({3, 2.92, 1}, 0.05), PointAt({3, 3.001, 1}, 0.004),
                                    PointAt({3, 3.08, 1}, 0.05), PointAt({3.5, 2.92, 1}, 0.05)};
-  DrawToPlanes(testing::WallWithDoor(kWallSigma_m), {}, &dense);
+  SnapToPlanes(testing::WallWithDoor(kWallSigma_m), {}, &dense);
   ASSERT_EQ(dense.size(), 2u);
   EXPECT_NEAR(dense[0].p_world.y(), 3.001, 1e-3);
   EXPECT_EQ(dense[1].p_world.x(), 3.5);

@@ -17,14 +17,14 @@ bool Holds(const BoundedPlane& plane, double x, double y) {
 // A storey with a room of 2 by 2 m, and rays from its middle through the door that it has to x = 6.
 struct Scene {
   Building building;
-  std::vector<Sights> sights;
+  std::vector<ViewRays> sights;
 
   Scene() {
     building.storeys = {{0, 0.0, 2.5}};
     Room room;
     room.polygon.outline = {{0, 0}, {2, 0}, {2, 2}, {0, 2}};
     building.rooms = {room};
-    Sights view;
+    ViewRays view;
     view.p_world_camera = {1, 1, 1.5};
     for (int i = -20; i <= 20; ++i) {
       view.p_world.emplace_back(6, 1 + 0.05F * static_cast<float>(i), 1.2F);
