@@ -42,6 +42,12 @@ std::string ReadFile(const std::string& path);
 // A text without the UTF-8 byte order mark that some editors put at its start.
 std::string WithoutByteOrderMark(std::string text);
 
+// Adds a number as the memory holds it.
+template <typename Number>
+void AppendBytes(Number value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
 // Writes a file anew. Throws OutputError when it cannot be written whole, as on a full disk.
 void WriteFile(const std::string& path, std::string_view bytes);
 

@@ -67,13 +67,8 @@ std::string_view GetName(PlyType type) {
   throw std::logic_error("unknown PLY type");
 }
 
-template <typename T>
-void Append(T value, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 void AppendValue(PlyType type, double value, std::string* bytes) {
-  WithType(type, [&](auto zero) { Append(static_cast<decltype(zero)>(value), bytes); });
+  WithType(type, [&](auto zero) { AppendBytes(static_cast<decltype(zero)>(value), bytes); });
 }
 
 void AppendText(PlyType type, double value, std::string* text) {

@@ -97,11 +97,6 @@ double OutlierLimit(const std::vector<float>& distances_m, double sigmas) {
   return sum / count + sigmas * std::sqrt(std::max(variance, 0.0));
 }
 
-template <typename T>
-void Append(T value, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 }  // namespace
 
 std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
@@ -152,10 +147,10 @@ void WritePcd(const std::string& path, const std::vector<MapPoint>& points) {
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
       points.size());
   for (const MapPoint& point : points) {
-    for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
-    Append(static_cast<float>(point.sigma_m), &bytes);
-    Append(static_cast<int32_t>(point.observations), &bytes);
-    Append(static_cast<int32_t>(point.line_id), &bytes);
+    for (const double value : point.p_world) AppendBytes(static_cast<float>(value), &bytes);
+    AppendBytes(static_cast<float>(point.sigma_m), &bytes);
+    AppendBytes(static_cast<int32_t>(point.observations), &bytes);
+    AppendBytes(static_cast<int32_t>(point.line_id), &bytes);
   }
   WriteFile(path, bytes);
 }

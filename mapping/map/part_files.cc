@@ -13,15 +13,6 @@
 #include "odometry/run/run_rows.h"
 
 namespace slcmap::inline mapping {
-namespace {
-
-template <typename T>
-void Append(T value, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-}  // namespace
-
 void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points, PlyForm form,
                    const std::string& comment) {
   PlyElement vertices{"vertex", {}};
@@ -78,11 +69,11 @@ void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& point
       points.size());
   FileWriter file(path);
   for (const DensePoint& point : points) {
-    for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
-    for (const double value : point.normal_world) Append(static_cast<float>(value), &bytes);
-    Append(static_cast<float>(point.grey), &bytes);
-    Append(static_cast<float>(point.sigma_m), &bytes);
-    Append(static_cast<int32_t>(point.source), &bytes);
+    for (const double value : point.p_world) AppendBytes(static_cast<float>(value), &bytes);
+    for (const double value : point.normal_world) AppendBytes(static_cast<float>(value), &bytes);
+    AppendBytes(static_cast<float>(point.grey), &bytes);
+    AppendBytes(static_cast<float>(point.sigma_m), &bytes);
+    AppendBytes(static_cast<int32_t>(point.source), &bytes);
     file.Add(bytes);
     bytes.clear();
   }
