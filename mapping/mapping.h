@@ -4,7 +4,7 @@
 #include "data/core/progress.h"
 #include "mapping/map/map.h"
 #include "mapping/options.h"
-#include "mapping/stage_store.h"
+#include "mapping/map/stage_store.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/run/run.h"
 

@@ -25,9 +25,9 @@
 #include "mapping/external_poses/read_poses.h"
 #include "mapping/map/map_folder.h"
 #include "mapping/map/refinement.h"
+#include "mapping/map/stage_store.h"
 #include "mapping/mapping.h"
 #include "mapping/merge_maps.h"
-#include "mapping/stage_store.h"
 #include "mapping/views/recorded_views.h"
 #include "mapping/views/view_matches.h"
 #include "odometry/run/run.h"
@@ -265,7 +265,7 @@ StageStore StoreFor(const MapArguments& arguments, const OdometryRun& run,
   if (run.id.empty() || arguments.accept_changed) return {};
   try {
     const std::string images = StatesOfImages(run, arguments.sequence);
-    return {StagesIn(output), StageKey(run, images, options, ProgramId())};
+    return {StagesIn(output), StageKey(run, images, options.ToYaml(), ProgramId())};
   } catch (const DataError& error) {
     spdlog::debug("stages are not kept: {}", error.what());
     return {};

@@ -1,4 +1,4 @@
-#include "mapping/stage_store.h"
+#include "mapping/map/stage_store.h"
 
 #include <gtest/gtest.h>
 
@@ -160,26 +160,24 @@ TEST(StageStore, WhereItCannotBeWrittenKeepsNothing) {
 
 TEST(StageStore, TheKeyIsOfAllThatAStageIsMadeOf) {
   const OdometryRun run = testing::MakeWallRun();
-  const std::string key = StageKey(run, "", MappingOptions(), "program");
-  EXPECT_EQ(key, StageKey(run, "", MappingOptions(), "program"));
+  const std::string key = StageKey(run, "", "options", "program");
+  EXPECT_EQ(key, StageKey(run, "", "options", "program"));
   EXPECT_EQ(key.size(), 16u);
-  EXPECT_NE(key, StageKey(run, "other images", MappingOptions(), "program"));
-  EXPECT_NE(key, StageKey(run, "", MappingOptions(), "another build"));
-  MappingOptions options;
-  options.dense.voxel_m *= 2;
-  EXPECT_NE(key, StageKey(run, "", options, "program"));
+  EXPECT_NE(key, StageKey(run, "other images", "options", "program"));
+  EXPECT_NE(key, StageKey(run, "", "options", "another build"));
+  EXPECT_NE(key, StageKey(run, "", "other options", "program"));
   OdometryRun other = run;
   other.id = "other";
-  EXPECT_NE(key, StageKey(other, "", MappingOptions(), "program"));
+  EXPECT_NE(key, StageKey(other, "", "options", "program"));
   OdometryRun calibrated = run;
   calibrated.rectified_rig.cameras[1].cx_px += 1e-9;
-  EXPECT_NE(key, StageKey(calibrated, "", MappingOptions(), "program"));
+  EXPECT_NE(key, StageKey(calibrated, "", "options", "program"));
   calibrated = run;
   calibrated.calibration.emplace_back().right_rotation_rad.y() = 1e-9;
-  EXPECT_NE(key, StageKey(calibrated, "", MappingOptions(), "program"));
+  EXPECT_NE(key, StageKey(calibrated, "", "options", "program"));
   OdometryRun moved = run;
   moved.keyframes.back().T_world_imu.translation.x() += 1e-15;
-  EXPECT_NE(key, StageKey(moved, "", MappingOptions(), "program"));
+  EXPECT_NE(key, StageKey(moved, "", "options", "program"));
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 
 #include "mapping/map/building.h"
 #include "mapping/map/map.h"
-#include "mapping/options.h"
-#include "mapping/views/recorded_views.h"
+#include "mapping/map/occupancy_map.h"
+#include "odometry/run/run.h"
 
 namespace slcmap::inline mapping {
 
@@ -39,9 +39,9 @@ class StageStore {
 };
 
 // A checksum of what the stages are made of: the run and its poses and calibration as they are
-// mapped, its images, as `images` tells them (StatesOfImages), options, and the program.
-std::string StageKey(const OdometryRun& run, const std::string& images,
-                     const MappingOptions& options, const std::string& program);
+// mapped, its images, as `images` tells them (StatesOfImages), options (YAML), and the program.
+std::string StageKey(const OdometryRun& run, const std::string& images, const std::string& options,
+                     const std::string& program);
 
 using CountedWarnings = std::map<std::string, int64_t>;
 

@@ -1,4 +1,4 @@
-#include "mapping/stage_store.h"
+#include "mapping/map/stage_store.h"
 
 #include <spdlog/spdlog.h>
 
@@ -307,10 +307,10 @@ void StageStore::Remove(const std::string& folder) {
   fs::remove(folder, ignored);
 }
 
-std::string StageKey(const OdometryRun& run, const std::string& images,
-                     const MappingOptions& options, const std::string& program) {
+std::string StageKey(const OdometryRun& run, const std::string& images, const std::string& options,
+                     const std::string& program) {
   RunningChecksum checksum;
-  for (const std::string& text : {run.id, images, options.ToYaml(), program}) {
+  for (const std::string& text : {run.id, images, options, program}) {
     checksum.Add(text + '\n');
   }
   checksum.Add(CalibrationText(run));
