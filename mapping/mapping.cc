@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "data/core/progress.h"
+#include "mapping/align/align_maps.h"
+#include "mapping/align/merge_maps.h"
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_map.h"
 #include "mapping/lines/line_samples.h"
@@ -28,60 +30,6 @@
 #include "odometry/run/run_queries.h"
 
 namespace slcmap::inline mapping {
-
-inline constexpr const char* kDenseViewWithoutImages = "dense_views_without_images";
-
-// Sets the map's dense points, and its occupancy to what confirmed depth shows, and returns what
-// each view saw; warnings count views that could not be used. Once progress says so, they are those
-// of the views so far. Throws ConfigError when an option is not plausible, or would take too much
-// memory.
-std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
-                                 const MappingOptions& options, const Progress& progress,
-                                 MapResult* map);
-
-namespace {
-
-// Every other node is enough for openings, which are some 40 cm wide.
-ViewRays CollectViewRays(const RigidTransform& T_world_camera, const Camera& camera,
-                         const DepthGrid& depth) {
-  constexpr int kStep = 2;
-  ViewRays sights;
-  sights.p_world_camera = T_world_camera.translation;
-  for (int row = 0; row < depth.rows; row += kStep) {
-    for (int column = 0; column < depth.columns; column += kStep) {
-      const DepthNode& node = depth.At(column, row);
-      if (!node.is_known()) continue;
-      const Eigen::Vector3d ray =
-          PinholeRay(camera, depth.ColumnPixel(column), depth.RowPixel(row));
-      sights.p_world.push_back((T_world_camera * (node.depth_m() * ray)).cast<float>());
-      sights.sigma_m.push_back(static_cast<float>(node.depth_sigma_m() * ray.norm()));
-    }
-  }
-  return sights;
-}
-
-}  // namespace
-
-std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
-                                 const MappingOptions& options, const Progress& progress,
-                                 MapResult* map) {
-  DepthOccupancy occupancy(options.occupancy);
-  const Rig& rig = images.rig();
-  std::vector<ViewRays> sights;
-  DenseMap dense = BuildDense(
-      views, images, options.dense, progress, [&](std::size_t view, const DepthGrid& depth) {
-        const RigidTransform T_world_camera = WorldFromCamera(views[view], rig);
-        occupancy.Add(T_world_camera, rig.cameras[0], depth);
-        sights.push_back(CollectViewRays(T_world_camera, rig.cameras[0], depth));
-      });
-  map->dense = std::move(dense.points);
-  map->occupancy = occupancy.Finish(map->dense, options.dense.voxel_m);
-  if (dense.views_without_images > 0) {
-    map->warnings[kDenseViewWithoutImages] += dense.views_without_images;
-  }
-  if (occupancy.out_of_octree() > 0) map->warnings[kRayOutOfOctree] += occupancy.out_of_octree();
-  return sights;
-}
 
 namespace {
 
@@ -185,16 +133,6 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
   return built;
 }
 
-void AddFilledPlanes(const RecordedViews& recorded, const std::vector<ViewRays>& sights,
-                     const MappingOptions& options, const Progress& progress, MapResult* map) {
-  if (!options.planes.fill) return;
-  const ViewCameras cameras(recorded.views, recorded.images->rig());
-  const std::vector<DensePoint> filled =
-      FillPlanes({map->dense, map->lines, map->building, sights, {cameras}, options.dense.voxel_m},
-                 options.planes, options.dense.threads, progress);
-  AddFilledPoints(filled, options.planes.cell_m, map);
-}
-
 // A map of nothing is whole, but hardly what was wanted.
 void ReportEmptyMap(MapResult* map) {
   if (map->dense.empty()) ++map->warnings["no_dense_points"];
@@ -249,7 +187,7 @@ std::vector<ViewRays> RunDenseStage(const RecordedViews& recorded, const Mapping
   }
   CountedWarnings before = std::exchange(map->warnings, {});
   std::vector<ViewRays> sights =
-      MapDensely(recorded.views, *recorded.images, options, progress, map);
+      MapDensely(recorded.views, *recorded.images, options.dense, options.occupancy, progress, map);
   if (progress.Report(1) && IsWholeSoFar(recorded)) {
     store.Save(kDenseStage, [&] { return PackDense(*map, sights, map->warnings); });
   }
@@ -290,13 +228,28 @@ void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
   AddPipes(options.pipes, &images, progress, map);
 }
 
-void RunBuildingStage(const RecordedViews& recorded, std::vector<ViewRays> sights,
+void AddFilledPlanes(const std::vector<ViewRays>& rays, std::vector<ViewCameras> cameras,
+                     const MappingOptions& options, const Progress& progress, MapResult* map) {
+  if (!options.planes.fill) return;
+  const std::vector<DensePoint> filled = FillPlanes(
+      {map->dense, map->lines, map->building, rays, std::move(cameras), options.dense.voxel_m},
+      options.planes, options.dense.threads, progress);
+  progress.ReportOrStop(1);
+  AddFilledPoints(filled, options.planes.cell_m, map);
+}
+
+// Planes and rooms, what is filled by them, and junctions: of what was measured, rays to it, and
+// the cameras of the views that looked at it, by rig. Throws StoppedError once progress says so,
+// and leaves what is done so far.
+void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> cameras,
                       const MappingOptions& options, const Progress& progress, MapResult* map) {
-  constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
-  const BuildingInput input = MakeBuildingInput(*map, std::move(sights));
-  if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
-  if (progress.Report(kBuilt)) SnapToPlanes(map->building, options.planes, &map->dense);
-  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
+  constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time, about
+  progress.ReportOrStop(0);
+  const BuildingInput input = MakeBuildingInput(*map, std::move(rays));
+  map->building = BuildBuilding(input, options.building, progress.Part(0, kBuilt));
+  progress.ReportOrStop(kBuilt);
+  SnapToPlanes(map->building, options.planes, &map->dense);
+  AddFilledPlanes(input.sights, std::move(cameras), options, progress.Part(kBuilt, kFilled), map);
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
@@ -317,7 +270,12 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
     RunPipeStage(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
   }
   if (!options.stages.building) return;
-  RunBuildingStage(recorded, std::move(sights), options, progress.Part(kPipesUntil, 1), map);
+  try {
+    RunBuildingStage(std::move(sights), {ViewCameras(recorded.views, map->rectified_rig)}, options,
+                     progress.Part(kPipesUntil, 1), map);
+  } catch (const StoppedError&) {
+    spdlog::debug("the building was interrupted");
+  }
 }
 
 }  // namespace
@@ -378,6 +336,24 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   }
   if (map.trajectory.empty()) MarkPartial("the run has no pose", &map);
   return map;
+}
+
+MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
+                     const MappingOptions& options, const Progress& progress) {
+  constexpr double kUnited = 0.85;  // share of the time, about
+  options.Check();
+  UnitedMaps united =
+      UniteMaps(std::move(first), std::move(second), alignment,
+                {options.cloud.voxel_m, options.dense.voxel_m, options.lines.merging},
+                progress.Part(0, kUnited));
+  MappingOptions of_building = options;
+  of_building.planes.draw_sigmas = 0;  // points lie where their own map's planes drew them
+  RunBuildingStage(std::move(united.rays), std::move(united.cameras), of_building,
+                   progress.Part(kUnited, 1), &united.map);
+  FindLinesOfPoints(united.map.lines, &united.map.points);
+  progress.ReportOrStop(1);
+  united.map.source.options = options.ToYaml();
+  return {std::move(united.map), united.alignment};
 }
 
 }  // namespace slcmap::mapping

@@ -2,9 +2,10 @@
 #pragma once
 
 #include "data/core/progress.h"
+#include "mapping/align/align_maps.h"
 #include "mapping/map/map.h"
-#include "mapping/options.h"
 #include "mapping/map/stage_store.h"
+#include "mapping/options.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/run/run.h"
 
@@ -30,5 +31,17 @@ inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
                           const Progress& progress = {}) {
   return BuildMap(run, nullptr, options, progress);
 }
+
+struct MergedMaps {
+  MapResult map;
+  MapAlignment alignment;
+};
+
+// The second is brought into the world of the first, where both are united as README.md, "Merging
+// maps", describes, and their building is made anew. Deterministic. Throws AlignmentError where it
+// is not known how they belong together, DataError for maps that cannot be merged (made without
+// images, of a run that was lost in between, of one run), and StoppedError once progress says so.
+MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
+                     const MappingOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap::mapping

@@ -16,7 +16,7 @@
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
-#include "mapping/merge_maps.h"
+#include "mapping/mapping.h"
 
 namespace slcmap::inline commands {
 namespace {

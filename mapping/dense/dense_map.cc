@@ -12,7 +12,9 @@
 #include "data/core/error.h"
 #include "mapping/dense/depth_fusion.h"
 #include "mapping/map/parallel.h"
+#include "mapping/map/rays.h"
 #include "mapping/views/stereo_depth.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -341,6 +343,51 @@ DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOpt
   map.views = static_cast<int64_t>(window.read());
   map.views_without_images = window.without_images();
   return map;
+}
+
+namespace {
+
+// Every other node is enough for openings, which are some 40 cm wide.
+ViewRays CollectViewRays(const RigidTransform& T_world_camera, const Camera& camera,
+                         const DepthGrid& depth) {
+  constexpr int kStep = 2;
+  ViewRays rays;
+  rays.p_world_camera = T_world_camera.translation;
+  for (int row = 0; row < depth.rows; row += kStep) {
+    for (int column = 0; column < depth.columns; column += kStep) {
+      const DepthNode& node = depth.At(column, row);
+      if (!node.is_known()) continue;
+      const Eigen::Vector3d ray =
+          PinholeRay(camera, depth.ColumnPixel(column), depth.RowPixel(row));
+      rays.p_world.push_back((T_world_camera * (node.depth_m() * ray)).cast<float>());
+      rays.sigma_m.push_back(static_cast<float>(node.depth_sigma_m() * ray.norm()));
+    }
+  }
+  return rays;
+}
+
+}  // namespace
+
+std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
+                                 const DenseOptions& options,
+                                 const OccupancyOptions& occupancy_options,
+                                 const Progress& progress, MapResult* map) {
+  DepthOccupancy occupancy(occupancy_options);
+  const Rig& rig = images.rig();
+  std::vector<ViewRays> rays;
+  DenseMap dense =
+      BuildDense(views, images, options, progress, [&](std::size_t view, const DepthGrid& depth) {
+        const RigidTransform T_world_camera = WorldFromCamera(views[view], rig);
+        occupancy.Add(T_world_camera, rig.cameras[0], depth);
+        rays.push_back(CollectViewRays(T_world_camera, rig.cameras[0], depth));
+      });
+  map->dense = std::move(dense.points);
+  map->occupancy = occupancy.Finish(map->dense, options.voxel_m);
+  if (dense.views_without_images > 0) {
+    map->warnings["dense_views_without_images"] += dense.views_without_images;
+  }
+  if (occupancy.out_of_octree() > 0) map->warnings[kRayOutOfOctree] += occupancy.out_of_octree();
+  return rays;
 }
 
 }  // namespace slcmap::mapping

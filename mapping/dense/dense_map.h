@@ -10,6 +10,7 @@
 #include "data/core/progress.h"
 #include "data/core/types.h"
 #include "mapping/dense/depth_refinement.h"
+#include "mapping/map/building.h"
 #include "mapping/map/map.h"
 #include "mapping/map/occupancy_map.h"
 #include "mapping/map/options.h"
@@ -131,5 +132,13 @@ using DepthSink = std::function<void(std::size_t view, const DepthGrid& depth)>;
 // that of the views so far. Throws ConfigError when an option is not plausible.
 DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOptions& options,
                     const Progress& progress = {}, const DepthSink& sink = {});
+
+// The same for a map: sets its dense points, and its occupancy to what confirmed depth shows, and
+// returns what each view saw; warnings count views that could not be used. Throws ConfigError also
+// where occupancy would take too much memory.
+std::vector<ViewRays> MapDensely(const Views& views, const ViewImages& images,
+                                 const DenseOptions& options,
+                                 const OccupancyOptions& occupancy_options,
+                                 const Progress& progress, MapResult* map);
 
 }  // namespace slcmap::mapping

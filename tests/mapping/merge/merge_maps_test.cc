@@ -1,4 +1,4 @@
-#include "mapping/merge_maps.h"
+#include "mapping/align/merge_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include "data/core/error.h"
 #include "mapping/align/surface_union.h"
 #include "mapping/map/map_folder.h"
+#include "mapping/mapping.h"
 #include "odometry/geometry/pinhole.h"
 #include "tests/testing/scanned_map.h"
 #include "tests/testing/temp_folder.h"

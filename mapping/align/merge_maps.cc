@@ -1,4 +1,4 @@
-#include "mapping/merge_maps.h"
+#include "mapping/align/merge_maps.h"
 
 #include <spdlog/spdlog.h>
 
@@ -9,20 +9,14 @@
 
 #include "mapping/align/line_union.h"
 #include "mapping/align/surface_union.h"
-#include "mapping/building/build_building.h"
-#include "mapping/map/landmarks.h"
-#include "mapping/map/rays.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
-#include "mapping/surfaces/plane_filling.h"
 #include "mapping/views/view.h"
 
 namespace slcmap::inline mapping {
 namespace {
 
-// Shares of the time, about.
-constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kBuiltUntil = 0.95,
-                 kFilledUntil = 0.99;
+constexpr double kAlignedUntil = 0.6, kUnitedUntil = 0.9;  // shares of the time, about
 // What maps that are aligned are off against each other here and there: trajectories err, and lines
 // of inexact buildings by more than their covariances tell (FORMAT.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
@@ -217,18 +211,17 @@ std::vector<MergedRun> UniteParts(const MapResult& first, const MapResult& secon
   return parts;
 }
 
-void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
+void UniteContents(const RigidTransform& T_first_second, const MergeOptions& options,
                    const Progress& progress, MapResult* first, MapResult* second) {
-  first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
+  first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense_voxel_m);
   progress.ReportOrStop(0.3);
-  SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud.voxel_m), first);
+  SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud_voxel_m), first);
   progress.ReportOrStop(0.4);
-  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
-           first);
+  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines), first);
   first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
   progress.ReportOrStop(0.7);
   first->occupancy = UniteOccupancy(first->occupancy, second->occupancy, T_first_second,
-                                    first->dense, options.dense.voxel_m);
+                                    first->dense, options.dense_voxel_m);
 }
 
 // Poses of a rig, in the world of the map that they look at.
@@ -281,16 +274,11 @@ ViewCameras MakeViewCameras(const RigPoses& rig) {
   return ViewCameras(views, *rig.rig);
 }
 
-void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<ViewRays>& sights,
-                     const MappingOptions& options, const Progress& progress, MapResult* map) {
-  if (!options.planes.fill) return;
-  MeasuredBuilding measured{map->dense, map->lines, map->building,
-                            sights,     {},         options.dense.voxel_m};
-  for (const RigPoses& rig : rigs) measured.watchers.push_back(MakeViewCameras(rig));
-  const std::vector<DensePoint> filled =
-      FillPlanes(measured, options.planes, options.dense.threads, progress);
-  progress.ReportOrStop(1);
-  AddFilledPoints(filled, options.planes.cell_m, map);
+void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
+  for (const std::string& run : CollectRuns(map)) {
+    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
+    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
+  }
 }
 
 }  // namespace
@@ -301,16 +289,8 @@ std::vector<std::string> CollectRuns(const MapResult& map) {
   return runs;
 }
 
-void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
-  for (const std::string& run : CollectRuns(map)) {
-    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
-    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
-  }
-}
-
-MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MappingOptions& options, const Progress& progress) {
-  options.Check();
+UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
+                     const MergeOptions& options, const Progress& progress) {
   RefuseSameRuns(CollectRuns(first), second);
   WarnOfSameRecording(SplitIntoParts(second), &first);
   for (MapResult* map : {&first, &second}) {
@@ -330,26 +310,20 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(kUnitedUntil);
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
-  std::vector<ViewRays> sights =
-      CollectViewRays(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+  std::vector<ViewRays> rays =
+      CollectViewRays(first, rigs, options.dense_voxel_m, progress.Part(kUnitedUntil, 1));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
   UniteReports(second, &first);
-  progress.ReportOrStop(kSeenUntil);
-  const BuildingInput input = MakeBuildingInput(first, std::move(sights));
-  first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
-  AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), &first);
-  progress.ReportOrStop(kFilledUntil);
-  AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), &first);
-  FindLinesOfPoints(first.lines, &first.points);
   progress.ReportOrStop(1);
-  first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.given_poses.reset();
   first.calibrated_rig.reset();
   first.id.clear();
-  return {std::move(first), found};
+  std::vector<ViewCameras> cameras;
+  for (const RigPoses& rig : rigs) cameras.push_back(MakeViewCameras(rig));
+  return {std::move(first), found, std::move(rays), std::move(cameras)};
 }
 
 }  // namespace slcmap::mapping
