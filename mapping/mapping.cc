@@ -2,15 +2,23 @@
 
 #include <spdlog/spdlog.h>
 
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "data/core/error.h"
 #include "data/core/progress.h"
+#include "data/version.h"
+#include "mapping/adjustment/adjustment.h"
 #include "mapping/align/align_maps.h"
 #include "mapping/align/merge_maps.h"
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_map.h"
+#include "mapping/external_poses/pose_adjustment.h"
+#include "mapping/external_poses/read_poses.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/lines/map_lines.h"
 #include "mapping/map/building.h"
@@ -28,12 +36,14 @@
 #include "odometry/geometry/pinhole.h"
 #include "odometry/run/run.h"
 #include "odometry/run/run_queries.h"
+#include "odometry/run/verdict.h"
 
 namespace slcmap::inline mapping {
 
 namespace {
 
-// Shares of the time, about, up to the end of a stage.
+constexpr double kAdjustedUntil = 0.1;  // share of the time, about
+// Shares of the rest up to the end of a stage.
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.82,
                  kPipesUntil = 0.87, kBuiltUntil = 0.91;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
@@ -280,9 +290,8 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
 
 }  // namespace
 
-MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
-                   const MappingOptions& options, const StageStore& store,
-                   const Progress& progress) {
+MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
+                 const MappingOptions& options, const StageStore& store, const Progress& progress) {
   options.Check();
   MapResult map;
   map.source.run_id = run.id;
@@ -335,6 +344,109 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
                 &map);
   }
   if (map.trajectory.empty()) MarkPartial("the run has no pose", &map);
+  return map;
+}
+
+namespace {
+
+// The recording, with its IMU where that can be read.
+Sequence OpenWithImu(const std::string& sequence, SequenceOptions options) {
+  try {
+    options.needs_imu = true;
+    return OpenSequence(sequence, options);
+  } catch (const DataError&) {
+    options.needs_imu = false;
+    return OpenSequence(sequence, options);
+  }
+}
+
+// Whether the images of the keyframes are to be looked at, and are there for both cameras.
+bool HasImages(const MapInput& input, const OdometryRun& run) {
+  return !input.sparse && !run.keyframes.empty() && run.source && IsStereo(run.source->raw_rig);
+}
+
+// Of a run whose poses were given.
+std::optional<ExternalPoseFigures> AdjustGiven(const ExternalPoseOptions& options,
+                                               const Progress& progress, MapInput* input) {
+  OdometryRun& run = input->run;
+  if (!options.adjust || run.method != kExternalPoses || !HasImages(*input, run)) {
+    return std::nullopt;
+  }
+  const auto images = KeyframeImages(run, input->recording);
+  const auto figures = AdjustExternalPoses(*images, options, &run, progress);
+  const std::string fault = figures ? TooFarMoved(*figures, input->reading) : "";
+  if (!fault.empty()) {
+    ++run.warnings[kPosesDisagree];
+    spdlog::warn("{}: {}; expected the poses of this recording", input->name, fault);
+  }
+  return figures;
+}
+
+// Where revisits are looked for in them: the images of the keyframes with the calibration that
+// odometry found, which is good enough to recognise a place; else none.
+std::unique_ptr<ViewImages> ImagesOfRevisits(const MapInput& input,
+                                             const AdjustmentOptions& options) {
+  const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
+  if (!are_wanted || input.run.method == kExternalPoses || !HasImages(input, input.run)) {
+    return nullptr;
+  }
+  return KeyframeImages(input.run, input.recording);
+}
+
+// The images of the run's keyframes; nothing where the map is made without them.
+std::optional<RecordedViews> OpenViews(const MapInput& input, const OdometryRun& run) {
+  if (HasImages(input, run)) return ViewsOfRun(run, input.recording);
+  if (!input.sparse && !run.keyframes.empty()) {
+    spdlog::warn("{}: a run {} is mapped from its landmarks alone", input.name,
+                 run.source ? "of one camera" : "that does not say where its images are");
+  }
+  return std::nullopt;
+}
+
+// Kept of runs that say what they are: one that was killed may be another one the next time.
+StageStore OpenStore(const MapInput& input, const OdometryRun& run, const MappingOptions& options) {
+  if (input.stages.empty() || run.id.empty()) return {};
+  try {
+    const std::string images = StatesOfImages(run, input.recording);
+    return {input.stages, StageKey(run, images, options.ToYaml(), ProgramId())};
+  } catch (const DataError& error) {
+    spdlog::debug("stages are not kept: {}", error.what());
+    return {};
+  }
+}
+
+}  // namespace
+
+MapInput ReadInputAtPoses(const std::string& sequence, const SequenceOptions& opened,
+                          const std::string& poses, const PoseForm& form) {
+  ExternalPoses given = ReadExternalPoses(poses, form, OpenWithImu(sequence, opened), true);
+  MapInput input{.run = RunAtPoses(sequence, opened, given.trajectory), .name = poses};
+  input.run.source->version = kVersion;
+  if (!given.reading.change.empty()) ++input.run.warnings[kPosesDisagree];
+  input.reading = std::move(given.reading);
+  input.world_offset_m = given.world_offset_m;
+  return input;
+}
+
+MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress& progress) {
+  options.Check();
+  OdometryRun& run = input.run;
+  // Of one that was cut off, or of an earlier version.
+  if (!run.verdict && run.method != kExternalPoses) run.verdict = JudgeRun(run, VerdictOptions());
+  const auto given = AdjustGiven(options.given_poses, progress.Part(0, kAdjustedUntil), &input);
+  const auto images = ImagesOfRevisits(input, options.adjustment);
+  AdjustedRun adjusted =
+      AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjustedUntil));
+  const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
+  // Images are rectified with the calibration that the adjustment found.
+  const std::optional<RecordedViews> recorded = OpenViews(input, adjusted.run);
+  const StageStore store = recorded ? OpenStore(input, adjusted.run, options) : StageStore();
+  MapResult map = MapRun(adjusted.run, recorded ? &*recorded : nullptr, options, store,
+                         progress.Part(kAdjustedUntil, 1));
+  map.source.T_world_run = T_world_run;
+  map.source.world_offset_m = input.world_offset_m;
+  map.adjustment = adjusted.figures;
+  map.given_poses = given;
   return map;
 }
 

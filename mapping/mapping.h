@@ -1,8 +1,15 @@
-// From the keyframes and landmarks of a run, and the images of its views, to a map of the building.
+// From a run, or poses by anyone, and the images of its recording to a map of the building; and two
+// maps as one.
 #pragma once
 
+#include <Eigen/Core>
+#include <string>
+
 #include "data/core/progress.h"
+#include "data/io/pose_file.h"
+#include "data/source/sequence.h"
 #include "mapping/align/align_maps.h"
+#include "mapping/external_poses/pose_reading.h"
 #include "mapping/map/map.h"
 #include "mapping/map/stage_store.h"
 #include "mapping/options.h"
@@ -11,26 +18,37 @@
 
 namespace slcmap::inline mapping {
 
-// Builds the map of a run; of a run without landmarks and views, an empty one. With views, the
-// lines are those of their images, else those of the run. The same input gives the same map, to the
-// last bit. Once progress says so, the map is what is done so far, and not complete. Of views, long
-// stages are taken from the store where it has them, and put there once they are done. Throws
-// ConfigError when an option is not plausible, or would take too much memory.
-MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
-                   const MappingOptions& options, const StageStore& store,
-                   const Progress& progress = {});
+// What a map is made of.
+struct MapInput {
+  OdometryRun run;           // as odometry found it, or as ReadInputAtPoses has it
+  std::string name = "run";  // of the run, or of the poses, in warnings
+  PoseReading reading = {};  // of poses by anyone
+  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // added to them, as they were given
+  std::string recording = {};  // where it has moved to; "": it is where the run says
+  bool sparse = false;         // from the run alone, without its recording's images
+  // A folder that keeps what long stages made until StageStore::Remove: a map that was stopped goes
+  // on behind them. "": nothing is kept.
+  std::string stages = {};
+};
 
-// With nothing kept.
-inline MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
-                          const MappingOptions& options, const Progress& progress = {}) {
-  return BuildMap(run, recorded, options, StageStore(), progress);
-}
+// Poses by anyone, of a file whose `form` is known, for a recording that is opened so. Throws what
+// ReadExternalPoses and RunAtPoses throw.
+MapInput ReadInputAtPoses(const std::string& sequence, const SequenceOptions& opened,
+                          const std::string& poses, const PoseForm& form);
 
-// From the run alone.
-inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
-                          const Progress& progress = {}) {
-  return BuildMap(run, nullptr, options, progress);
-}
+// All that `slcmap map` does but reading and writing: adjusts the keyframes, with the revisits that
+// edges and images tell, or the poses by anyone; turns the world along the building; looks at the
+// images again, or, of a run without a stereo recording, at its landmarks; and builds the map. The
+// same input gives the same map, to the last bit. Once progress says so, the map is what is done so
+// far, and not complete. Throws ConfigError when an option is not plausible, or would take too much
+// memory, and DataError where the recording is not there.
+MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress& progress = {});
+
+// The part of it behind the adjustment, for tests and benchmarks: the run is mapped as it is, with
+// the views' images where there are some.
+MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
+                 const MappingOptions& options, const StageStore& store = {},
+                 const Progress& progress = {});
 
 struct MergedMaps {
   MapResult map;

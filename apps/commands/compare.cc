@@ -27,6 +27,7 @@
 #include "data/io/output_folder.h"
 #include "data/version.h"
 #include "mapping/external_poses/read_poses.h"
+#include "mapping/map/stage_store.h"
 #include "odometry/run/run.h"
 
 namespace slcmap::inline commands {

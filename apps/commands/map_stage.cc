@@ -14,25 +14,16 @@
 #include "apps/commands/merge.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
-#include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "data/io/json.h"
 #include "data/io/trajectory.h"
-#include "data/version.h"
-#include "mapping/adjustment/adjustment.h"
 #include "mapping/align/merge_maps.h"
-#include "mapping/external_poses/pose_adjustment.h"
-#include "mapping/external_poses/read_poses.h"
 #include "mapping/map/map_folder.h"
-#include "mapping/map/refinement.h"
 #include "mapping/map/stage_store.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
-#include "mapping/views/view_matches.h"
 #include "odometry/run/run.h"
 #include "odometry/run/run_folder.h"
-#include "odometry/run/verdict.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -68,11 +59,7 @@ MapResult ReadMapToShow(const std::string& folder, bool accept_changed) {
   return map;
 }
 
-std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
-
 namespace {
-
-constexpr double kAdjusted = 0.1;  // share of the time, about
 
 // How often poses go on in another segment, which starts at the last pose of the one before.
 int SegmentEnds(const OdometryRun& run) {
@@ -114,78 +101,18 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
-// The recording, with its IMU where that can be read.
-Sequence OpenWithPoses(const MapArguments& arguments) {
-  SequenceOptions options = arguments.opened;
-  try {
-    options.needs_imu = true;
-    return OpenSequence(arguments.input, options);
-  } catch (const DataError&) {
-    options.needs_imu = false;
-    return OpenSequence(arguments.input, options);
-  }
-}
-
-OdometryRun ReadRun(const MapArguments& arguments, ExternalPoses* given) {
+MapInput ReadInput(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
-    *given = ReadExternalPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
-    OdometryRun run = RunAtPoses(arguments.input, arguments.opened, given->trajectory);
-    run.source->version = kVersion;
-    if (!given->reading.change.empty()) ++run.warnings[kPosesDisagree];
-    return run;
+    return ReadInputAtPoses(arguments.input, arguments.opened, arguments.poses, arguments.form);
   }
   OdometryRun run = ReadAccepting(arguments.accept_changed, [&](bool accept) {
     return ReadRunFolder(arguments.input, {.accept_changed = accept});
   });
-  // Cut off, or of an earlier version.
-  if (!run.verdict) run.verdict = JudgeRun(run, VerdictOptions());
-  return run;
-}
-
-// The images of the run's keyframes; nothing where the map is made without them.
-std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const OdometryRun& run) {
-  if (arguments.sparse || run.keyframes.empty()) return std::nullopt;
-  const char* reason = !run.source                      ? "that does not say where its images are"
-                       : !IsStereo(run.source->raw_rig) ? "of one camera"
-                                                        : nullptr;
-  if (reason) {
-    spdlog::warn("{}: a run {} is mapped from its landmarks alone", arguments.input, reason);
-    return std::nullopt;
-  }
-  return ViewsOfRun(run, arguments.sequence);
-}
-
-// Where revisits are looked for in them: the images of the keyframes with the calibration that
-// odometry found, which is good enough to recognise a place; else none.
-std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
-                                             const AdjustmentOptions& options,
-                                             const OdometryRun& run) {
-  const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
-  if (!are_wanted || arguments.sparse || run.method == kExternalPoses || run.keyframes.empty() ||
-      !run.source || !IsStereo(run.source->raw_rig)) {
-    return nullptr;
-  }
-  return KeyframeImages(run, arguments.sequence);
-}
-
-// Of a run whose poses were given.
-std::optional<ExternalPoseFigures> AdjustGiven(const MapArguments& arguments,
-                                               const ExternalPoseOptions& options,
-                                               const PoseReading& reading, OdometryRun* run,
-                                               const Progress& progress) {
-  const bool has_images = run->source && IsStereo(run->source->raw_rig) && !run->keyframes.empty();
-  if (!options.adjust || arguments.sparse || run->method != kExternalPoses || !has_images) {
-    return std::nullopt;
-  }
-  const auto images = KeyframeImages(*run, arguments.sequence);
-  const auto figures = AdjustExternalPoses(*images, options, run, progress);
-  const std::string fault = figures ? TooFarMoved(*figures, reading) : "";
-  if (!fault.empty()) {
-    ++run->warnings[kPosesDisagree];
-    spdlog::warn("{}: {}; expected the poses of this recording", arguments.poses, fault);
-  }
-  return figures;
+  return {.run = std::move(run),
+          .name = arguments.input,
+          .recording = arguments.sequence,
+          .sparse = arguments.sparse};
 }
 
 // The map that the run's is merged into; nothing where there is none.
@@ -258,20 +185,6 @@ class UnmergedMap {
 // Where what finished stages made is beside a map until that is done.
 std::string StagesIn(const std::string& output) { return output + "/.stages"; }
 
-// Kept of runs that say what they are: one whose files were changed, or that was killed, may be
-// another one the next time.
-StageStore StoreFor(const MapArguments& arguments, const OdometryRun& run,
-                    const MappingOptions& options, const std::string& output) {
-  if (run.id.empty() || arguments.accept_changed) return {};
-  try {
-    const std::string images = StatesOfImages(run, arguments.sequence);
-    return {StagesIn(output), StageKey(run, images, options.ToYaml(), ProgramId())};
-  } catch (const DataError& error) {
-    spdlog::debug("stages are not kept: {}", error.what());
-    return {};
-  }
-}
-
 MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
   if (Interrupted()) throw StoppedError("interrupted");
   MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
@@ -289,38 +202,25 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
   options.SetThreads(arguments.threads);
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
-  ExternalPoses poses;
-  OdometryRun run = ReadRun(arguments, &poses);
+  MapInput input = ReadInput(arguments);
+  const OdometryRun& run = input.run;
+  const size_t landmarks = run.landmarks.size();
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
-                run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
+                run.states.size(), run.keyframes.size(), landmarks, run.lines.size());
   WarnOfRun(arguments.input, run);
   std::optional<MapResult> other = OtherMap(arguments, run);
   if (run.source) RefuseInputs(output->path(), {run.source->sequence});
   output->Open();
   std::optional<UnmergedMap> unmerged;
   if (other) unmerged.emplace(output->path(), arguments.into);
-  const Progress progress = StageProgress("map");
-  const auto given =
-      AdjustGiven(arguments, options.given_poses, poses.reading, &run, progress.Part(0, kAdjusted));
-  const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
-  AdjustedRun adjusted =
-      AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
-  const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
-  // Images are rectified with the calibration that the adjustment found.
-  const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
-  const StageStore store =
-      recorded ? StoreFor(arguments, adjusted.run, options, output->path()) : StageStore();
-  MapResult map = NamingConfig(arguments.config, [&] {
-    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, store,
-                    progress.Part(kAdjusted, 1));
-  });
-  map.source.T_world_run = T_world_run;
-  map.source.world_offset_m = poses.world_offset_m;
-  map.adjustment = adjusted.figures;
-  map.given_poses = given;
+  const std::string stages = StagesIn(output->path());
+  // A run whose files were changed may be another one the next time.
+  if (!arguments.accept_changed) input.stages = stages;
+  MapResult map = NamingConfig(
+      arguments.config, [&] { return BuildMap(std::move(input), options, StageProgress("map")); });
   // One that was interrupted goes on from them.
   const auto remove_stages = [&, interrupted = map.interrupted] {
-    if (recorded && !interrupted) StageStore::Remove(StagesIn(output->path()));
+    if (!interrupted) StageStore::Remove(stages);
   };
   if (other) {
     unmerged->Write(map);
@@ -332,8 +232,8 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
   if (unmerged) unmerged->Remove();
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
-      output->path(), map.trajectory.size(), map.points.size(), adjusted.run.landmarks.size(),
-      map.lines.size(), map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
+      output->path(), map.trajectory.size(), map.points.size(), landmarks, map.lines.size(),
+      map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
   if (Interrupted() && !map.complete) {
     spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);
   }

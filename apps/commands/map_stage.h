@@ -38,11 +38,6 @@ auto ReadAccepting(bool accept_changed, Read read) {
 // another run than that beside it.
 MapResult ReadMapToShow(const std::string& folder, bool accept_changed);
 
-// Which build of the program this is.
-
-// What tells this program from another build of it, of the same version too. Throws DataError.
-std::string ProgramId();
-
 // The map stage as commands run it: a run folder in, a map folder out.
 
 // The options of the section `mapping` of a YAML file; the defaults for "". Throws ConfigError.

@@ -9,7 +9,9 @@
 
 #include "data/calibration/mask.h"
 #include "data/core/error.h"
+#include "data/io/file.h"
 #include "data/io/json.h"
+#include "data/version.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -306,6 +308,8 @@ void StageStore::Remove(const std::string& folder) {
   for (const fs::path& path : saved) fs::remove(path, ignored);
   fs::remove(folder, ignored);
 }
+
+std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
 
 std::string StageKey(const OdometryRun& run, const std::string& images, const std::string& options,
                      const std::string& program) {

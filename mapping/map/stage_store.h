@@ -38,6 +38,9 @@ class StageStore {
   std::string folder_, key_;
 };
 
+// What tells this program from another build of it, of the same version too. Throws DataError.
+std::string ProgramId();
+
 // A checksum of what the stages are made of: the run and its poses and calibration as they are
 // mapped, its images, as `images` tells them (StatesOfImages), options (YAML), and the program.
 std::string StageKey(const OdometryRun& run, const std::string& images, const std::string& options,

@@ -178,7 +178,7 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   }
   run.keyframes = std::move(kept);
   const RecordedViews recorded = ViewsOfRun(run, sequence);
-  const MapResult map = BuildMap(run, &recorded, options);
+  const MapResult map = MapRun(run, &recorded, options);
   if (!output.empty()) WriteMapFolder(output, map);
   std::vector<double> line_px, point_px, filled_px;
   int64_t seen = 0;

@@ -68,7 +68,7 @@ std::string LogOfExport(const MapResult& map, const std::string& folder,
 }
 
 MapResult MakeMap() {
-  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   map.lines = {{0, 0, LineAxis::kX, 0, 0, true, {0, 0, 0}, {1, 2.5, 3}}};
   return map;
 }

@@ -24,7 +24,7 @@ double VolumeOf(const MeshLayer& mesh, const Eigen::Vector3d& inside) {
   return volume_m3;
 }
 
-MapResult MakeWallMap() { return BuildMap(testing::MakeWallRun(), {}); }
+MapResult MakeWallMap() { return MapRun(testing::MakeWallRun(), nullptr, {}); }
 
 TEST(MapScene, HasALayerForEachPartOfTheMap) {
   MapResult map = MakeWallMap();

@@ -11,7 +11,7 @@ const slcmap::fuzz::FolderTarget& Target() {
   static const slcmap::fuzz::FolderTarget target([](const std::string& folder) {
     slcmap::MappingOptions options;
     options.occupancy.resolution_m = 0.5;
-    slcmap::MapResult map = slcmap::BuildMap(slcmap::testing::MakeLineRun(), options);
+    slcmap::MapResult map = slcmap::MapRun(slcmap::testing::MakeLineRun(), nullptr, options);
     map.building = slcmap::testing::MakeBuilding(2);
     map.pipes.emplace_back();
     map.pipes[0].end_world = {0, 0, 2};

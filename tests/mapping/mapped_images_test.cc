@@ -22,7 +22,7 @@ MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
   RecordedViews recorded;
   recorded.views = views;
   recorded.images = std::move(room);
-  return BuildMap(run, &recorded, options);
+  return MapRun(run, &recorded, options);
 }
 
 TEST(MappedImages, OfTheRunAreTakenWithoutAWord) {

@@ -103,7 +103,7 @@ TEST(MappingOptions, KeysOfRulesThatAreGoneAreTakenForAVersion) {
 TEST(MappingOptions, BuildingAMapChecksThem) {
   MappingOptions options;
   options.occupancy.resolution_m = 0;
-  EXPECT_THROW(BuildMap({}, options), ConfigError);
+  EXPECT_THROW(MapRun({}, nullptr, options), ConfigError);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ class MappingTest : public ::testing::Test {
 TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
   MappingOptions options;
   options.occupancy.resolution_m = 0.1;
-  const MapResult map = BuildMap(testing::MakeWallRun(), options);
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, options);
   EXPECT_TRUE(map.complete);
   EXPECT_EQ(map.trajectory.size(), 51u);
   EXPECT_EQ(map.keyframes.size(), 6u);
@@ -61,7 +61,7 @@ TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
   run.lines[1].end_world = run.lines[1].start_world;  // no extent
   run.lines[2].observations = 3;                      // seen too seldom
   run.lines[3].covariance_m2.setConstant(std::nan(""));
-  const std::vector<MapLine> lines = BuildMap(run, {}).lines;
+  const std::vector<MapLine> lines = MapRun(run, nullptr, {}).lines;
   ASSERT_EQ(lines.size(), 20u);
   EXPECT_EQ(lines[0].id, 104);
   EXPECT_EQ(lines[0].axis, LineAxis::kVertical);
@@ -77,7 +77,7 @@ TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBack) {
   run.states.clear();
   run.keyframes.clear();
   run.landmarks.clear();
-  WriteMapFolder(folder_, BuildMap(run, {}));
+  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
   const MapResult map = ReadMapFolder(folder_);
   EXPECT_TRUE(map.trajectory.empty() && map.keyframes.empty() && map.points.empty());
   EXPECT_TRUE(map.lines.empty() && map.occupancy.OccupiedVoxels().empty());
@@ -88,19 +88,19 @@ TEST_F(MappingTest, WhichLinesAreCertainEnoughIsForItsOptions) {
   OdometryRun run = testing::MakeLineRun();
   for (Line& line : run.lines) line.covariance_m2 *= 100;  // 4 cm
   for (Line& line : run.lines) line.observations = 2;
-  EXPECT_TRUE(BuildMap(run, {}).lines.empty());
+  EXPECT_TRUE(MapRun(run, nullptr, {}).lines.empty());
   MappingOptions options;
   options.run_lines.max_sigma_m = 0.05;
-  EXPECT_TRUE(BuildMap(run, options).lines.empty());
+  EXPECT_TRUE(MapRun(run, nullptr, options).lines.empty());
   options.run_lines.min_observations = 2;
-  EXPECT_EQ(BuildMap(run, options).lines.size(), run.lines.size());
+  EXPECT_EQ(MapRun(run, nullptr, options).lines.size(), run.lines.size());
 }
 
 // A run whose keyframes are on another clock than its states was refined by nothing, silently.
 TEST_F(MappingTest, ARunThatCannotBeRefinedSaysSo) {
   OdometryRun run = testing::MakeWallRun();
   for (Keyframe& keyframe : run.keyframes) keyframe.stamp_ns += 20'000'000;
-  WriteMapFolder(folder_, BuildMap(run, {}));
+  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
   const auto warnings = ReadMapFolder(folder_).warnings;
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_THAT(warnings.begin()->first, HasSubstr("poses not refined"));
@@ -113,7 +113,7 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
   run.partial_reason = "interrupted";
   run.warnings["imu_gap"] = 3;
   run.landmarks[5].p_world.x() = std::numeric_limits<double>::quiet_NaN();
-  WriteMapFolder(folder_, BuildMap(run, {}));
+  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
   const MapResult map = ReadMapFolder(folder_);
   EXPECT_FALSE(map.complete);
   EXPECT_EQ(map.partial_reason, "interrupted");
@@ -122,8 +122,8 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
 }
 
 TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
-  const MapResult map =
-      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.75; }));
+  const MapResult map = MapRun(testing::MakeLineRun(), nullptr, {}, {},
+                               Progress([](double done) { return done < 0.75; }));
   EXPECT_FALSE(map.complete);
   EXPECT_EQ(map.partial_reason, "mapping was interrupted before the occupancy");
   EXPECT_EQ(map.trajectory.size(), 51u);
@@ -134,10 +134,10 @@ TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
 
 TEST_F(MappingTest, ReportsHowFarItIs) {
   std::vector<double> shares;
-  BuildMap(testing::MakeLineRun(), {}, Progress([&](double done) {
-             shares.push_back(done);
-             return true;
-           }));
+  MapRun(testing::MakeLineRun(), nullptr, {}, {}, Progress([&](double done) {
+           shares.push_back(done);
+           return true;
+         }));
   EXPECT_GT(shares.size(), 5u);
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
   EXPECT_GE(shares.front(), 0);
@@ -147,7 +147,7 @@ TEST_F(MappingTest, ReportsHowFarItIs) {
 TEST_F(MappingTest, AMapComesBackFromItsFolder) {
   OdometryRun run = testing::MakeLineRun();
   run.verdict.emplace().Add({VerdictLevel::kDoubtful, "speed", "a", "b", "c"});
-  const MapResult map = BuildMap(run, {});
+  const MapResult map = MapRun(run, nullptr, {});
   WriteMapFolder(folder_, map);
   const MapResult read = ReadMapFolder(folder_);
   EXPECT_EQ(read.method, "points");
@@ -172,7 +172,7 @@ TEST_F(MappingTest, AMapComesBackFromItsFolder) {
 }
 
 TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {
-  MapResult map = BuildMap(testing::MakeLineRun(), {});
+  MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
   map.points[1].line_id = 1000;
   WriteMapFolder(folder_, map);
   EXPECT_THAT([&] { ReadMapFolder(folder_); },
@@ -180,18 +180,18 @@ TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {
 }
 
 TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
-  WriteMapFolder(folder_ + "/a", BuildMap(testing::MakeWallRun(), {}));
-  WriteMapFolder(folder_ + "/b", BuildMap(testing::MakeWallRun(), {}));
+  WriteMapFolder(folder_ + "/a", MapRun(testing::MakeWallRun(), nullptr, {}));
+  WriteMapFolder(folder_ + "/b", MapRun(testing::MakeWallRun(), nullptr, {}));
   for (const std::string name : kFiles) {
     EXPECT_EQ(ReadFile(folder_ + "/a/" + name), ReadFile(folder_ + "/b/" + name)) << name;
   }
 }
 
 TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   OdometryRun empty = testing::MakeWallRun();
   empty.states.clear();
-  WriteMapFolder(folder_, BuildMap(empty, {}));
+  WriteMapFolder(folder_, MapRun(empty, nullptr, {}));
   {
     const testing::FileSizeLimit full(500);
     EXPECT_THAT([&] { WriteMapFolder(folder_, map); },
@@ -201,7 +201,7 @@ TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
 }
 
 TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   for (const std::string name : kFiles) {
     std::filesystem::remove_all(folder_);  // what is no summary any more is not replaced
     WriteMapFolder(folder_, map);
@@ -219,7 +219,7 @@ TEST_F(MappingTest, SaysWhereItCameFrom) {
   run.source = {"0.1.0", "/recordings/hall", "", "", {}, {}, {}, {}};
   MappingOptions options;
   options.cloud.voxel_m = 0.25;
-  const MapResult map = BuildMap(run, options);
+  const MapResult map = MapRun(run, nullptr, options);
   const std::string id = WriteMapFolder(folder_, map);
   const MapResult read = ReadMapFolder(folder_);
   EXPECT_EQ(read.id, id);
@@ -228,11 +228,11 @@ TEST_F(MappingTest, SaysWhereItCameFrom) {
   EXPECT_THAT(read.source.options, HasSubstr("\n  cloud:\n"));
   EXPECT_THAT(read.source.options, HasSubstr("    voxel_m: 0.25\n"));
   EXPECT_EQ(WriteMapFolder(folder_, map), id);
-  EXPECT_NE(WriteMapFolder(folder_, BuildMap(run, {})), id);
+  EXPECT_NE(WriteMapFolder(folder_, MapRun(run, nullptr, {})), id);
 }
 
 TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   WriteMapFolder(folder_, map);
   const std::string path = folder_ + "/points.ply", bytes = ReadFile(path);
   std::string moved = bytes;
@@ -261,7 +261,7 @@ TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
   run.states.clear();
   run.keyframes.clear();
   run.landmarks.clear();
-  WriteMapFolder(folder_, BuildMap(run, {}));
+  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
   const std::string path = folder_ + "/map.json";
   const Json good = Json::parse(ReadFile(path));
   for (const auto& [what, count] : good.at("counts").items()) {
@@ -301,7 +301,7 @@ class LineTablesTest : public MappingTest {
     WriteFile(folder_ + "/" + name, original_.at(name));
   }
 
-  const MapResult map_ = BuildMap(testing::MakeLineRun(), {});
+  const MapResult map_ = MapRun(testing::MakeLineRun(), nullptr, {});
   std::map<std::string, std::string> original_;
 
   void SetUp() override {
@@ -340,7 +340,7 @@ TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
   run.lines[4].deviation_sigma_rad = 0.01;
   run.lines[5].deviation_sigma_rad = 9e8;
   run.lines[6].covariance_m2(0, 0) = -1e-5;
-  const LineEvidence evidence = BuildMap(run, {}).line_evidence;
+  const LineEvidence evidence = MapRun(run, nullptr, {}).line_evidence;
   ASSERT_EQ(evidence.covariances.size(), 20u);
   const LineCovariance& turning = evidence.covariances[2];
   EXPECT_EQ(turning.line_id, 104);
@@ -409,7 +409,7 @@ TEST_F(LineTablesTest, ChangedTablesAreRefusedUnlessAccepted) {
 }
 
 TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {
-  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   WriteMapFolder(folder_, map);
   WriteFile(folder_ + "/lines.ply",
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"

@@ -54,7 +54,7 @@ MappedFlight MakeMappedFlight() {
   // At the images' small size lines are less certain than the map's limit asks for.
   MappingOptions mapping;
   mapping.run_lines.max_sigma_m = 0.03;
-  flight.map = BuildMap(flight.run, mapping);
+  flight.map = MapRun(flight.run, nullptr, mapping);
   if (flight.map.trajectory.empty()) return flight;
   const auto truth = [&](const StampedPose& pose) {
     return task.motion.PoseAt(ToSeconds(pose.stamp_ns));

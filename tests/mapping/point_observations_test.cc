@@ -46,7 +46,7 @@ class PointObservationsTest : public ::testing::Test {
 
 TEST_F(PointObservationsTest, SayWhereEachImageShowsAPoint) {
   const OdometryRun run = testing::MakeWallRun();
-  const MapResult map = BuildMap(run, {});
+  const MapResult map = MapRun(run, nullptr, {});
   std::set<int64_t> points;
   for (const MapPointObservation& seen : map.point_observations) {
     points.insert(seen.point);
@@ -67,7 +67,7 @@ TEST_F(PointObservationsTest, LandmarksThatBecameOnePointAreTracksOfIt) {
   MappingOptions options;
   options.cloud.voxel_m = 0.5;
   run.keyframes[1].observations[0].right_px.reset();
-  const MapResult map = BuildMap(run, options);
+  const MapResult map = MapRun(run, nullptr, options);
   ASSERT_LT(map.points.size(), 100u);
   std::size_t tracks = 0;
   for (std::size_t i = 0; i < map.points.size(); ++i) {
@@ -113,7 +113,7 @@ TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
       keyframe.observations[i].right_px = px(1);
     }
   }
-  const MapResult map = BuildMap(run, {});
+  const MapResult map = MapRun(run, nullptr, {});
   ASSERT_FALSE(map.point_observations.empty());
   for (const MapPointObservation& seen : map.point_observations) {
     EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 0.01);
@@ -121,7 +121,7 @@ TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
 }
 
 TEST_F(PointObservationsTest, ComeBack) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   WriteMapFolder(folder_, map);
   const std::vector<MapPointObservation> read = ReadMapFolder(folder_).point_observations;
   ASSERT_EQ(read.size(), map.point_observations.size());
@@ -134,14 +134,14 @@ TEST_F(PointObservationsTest, ComeBack) {
 // As of a run that was cut off.
 TEST_F(PointObservationsTest, TracksOfAPointCountFromZeroWhateverWasSeen) {
   OdometryRun run = testing::MakeWallRun();
-  const int64_t unseen = BuildMap(run, {}).points[0].landmark_ids[0];
+  const int64_t unseen = MapRun(run, nullptr, {}).points[0].landmark_ids[0];
   MappingOptions options;
   options.cloud.voxel_m = 0.5;
   for (Keyframe& keyframe : run.keyframes) {
     std::erase_if(keyframe.observations,
                   [&](const KeyframeObservation& seen) { return seen.landmark_id == unseen; });
   }
-  WriteMapFolder(folder_, BuildMap(run, options));
+  WriteMapFolder(folder_, MapRun(run, nullptr, options));
   const MapResult map = ReadMapFolder(folder_);
   const auto point = std::ranges::find(map.point_observations, 0, &MapPointObservation::point);
   ASSERT_NE(point, map.point_observations.end());
@@ -153,14 +153,14 @@ TEST_F(PointObservationsTest, AreFinite) {
   OdometryRun run = testing::MakeWallRun();
   run.keyframes[0].observations[3].left_px.x() = std::nan("");
   run.keyframes[1].observations[3].right_px->y() = 1e9;
-  const MapResult map = BuildMap(run, {});
+  const MapResult map = MapRun(run, nullptr, {});
   WriteMapFolder(folder_, map);
   EXPECT_EQ(ReadMapFolder(folder_).point_observations.size(),
-            BuildMap(testing::MakeWallRun(), {}).point_observations.size() - 2);
+            MapRun(testing::MakeWallRun(), nullptr, {}).point_observations.size() - 2);
 }
 
 TEST_F(PointObservationsTest, MapsOfEarlierVersionsHaveNone) {
-  WriteMapFolder(folder_, BuildMap(testing::MakeWallRun(), {}));
+  WriteMapFolder(folder_, MapRun(testing::MakeWallRun(), nullptr, {}));
   std::filesystem::remove(path_);
   Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
   summary["counts"].erase("point_observations");
@@ -178,7 +178,7 @@ TEST_F(PointObservationsTest, MapsOfEarlierVersionsHaveNone) {
 }
 
 TEST_F(PointObservationsTest, DamagedTablesAreNamed) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   WriteMapFolder(folder_, map);
   const std::string header = "point,track,stamp_ns,camera,x_px,y_px\n";
   const std::string stamp = std::to_string(map.keyframes[0].stamp_ns);

@@ -23,7 +23,7 @@ class MeasureTest : public ::testing::Test {
   MeasureTest() {
     const OdometryRun run = testing::RunOver(kWalk);
     WriteRunFolder(folder_.Path("run"), run);
-    WriteMapFolder(folder_.Path("map"), BuildMap(run, nullptr, {}));
+    WriteMapFolder(folder_.Path("map"), MapRun(run, nullptr, {}));
     WriteTumTrajectory(folder_.Path("truth.tum"), kWalk);
     sequence_.name = "walk";
     sequence_.methods = {{"slc", {{folder_.Path("run"), folder_.Path("map"), ""}}, {}, {}}};

@@ -76,7 +76,7 @@ TEST_F(PipeFile, WhatCannotBeIsNamed) {
 class PipesOfMap : public ::testing::Test {
  protected:
   PipesOfMap() {
-    MapResult map = BuildMap(testing::MakeLineRun(), {});
+    MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
     map.pipes = TwoPipes();
     WriteMapFolder(folder_, map);
   }

@@ -177,7 +177,7 @@ TEST_F(SmallRecording, IsMappedWithTheCamerasOfItsImages) {
   found.focal_length = 0.01;
   run_.calibration = {found};
   const RecordedViews recorded = ViewsOfRun(run_, "");
-  const MapResult map = BuildMap(run_, &recorded, {});
+  const MapResult map = MapRun(run_, &recorded, {});
   const double fx_px = map.rectified_rig.cameras[0].fx_px;
   EXPECT_EQ(fx_px, recorded.images->rig().cameras[0].fx_px);
   EXPECT_NEAR(fx_px, 1.01 * run_.rectified_rig.cameras[0].fx_px, 0.1);
