@@ -46,8 +46,8 @@ constexpr double kAdjustedUntil = 0.1;  // share of the time, about
 // Shares of the rest up to the end of a stage.
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.82,
                  kPipesUntil = 0.87, kBuiltUntil = 0.91;
-constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
-constexpr char kDenseStage[] = "dense", kLineStage[] = "lines";            // as they are kept
+constexpr double kAgreementUntil = 0.05, kVisibleUntil = 0.1, kAxes = 0.3;  // of the lines' part
+constexpr char kDenseStage[] = "dense", kLineStage[] = "lines";             // as they are kept
 constexpr char kImageUnreadable[] = "images_unreadable";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 constexpr size_t kLeastViewsOfRun = 10;
@@ -130,11 +130,11 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   const VisibilityDepths depths =
-      MakeDepthMaps(dense, chosen, options, progress.Part(kAgreementUntil, kSightsUntil));
-  const std::vector<BuildingAxis> axes =
-      run.manhattan_worlds.empty()
-          ? AxesOfViews(recorded.views, *recorded.images, lines, progress.Part(kSightsUntil, kAxes))
-          : AxesOfRun(run, lines.min_axis_sigma_rad);
+      MakeDepthMaps(dense, chosen, options, progress.Part(kAgreementUntil, kVisibleUntil));
+  const std::vector<BuildingAxis> axes = run.manhattan_worlds.empty()
+                                             ? AxesOfViews(recorded.views, *recorded.images, lines,
+                                                           progress.Part(kVisibleUntil, kAxes))
+                                             : AxesOfRun(run, lines.min_axis_sigma_rad);
   BuiltLines built = BuildLines(
       chosen.views, *chosen.images, axes,
       KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
@@ -193,16 +193,16 @@ std::vector<ViewRays> RunDenseStage(const RecordedViews& recorded, const Mapping
     map->dense = std::move(kept->dense);
     map->occupancy = std::move(kept->occupancy);
     AddWarnings(kept->warnings, map);
-    return std::move(kept->sights);
+    return std::move(kept->rays);
   }
   CountedWarnings before = std::exchange(map->warnings, {});
-  std::vector<ViewRays> sights =
+  std::vector<ViewRays> rays =
       MapDensely(recorded.views, *recorded.images, options.dense, options.occupancy, progress, map);
   if (progress.Report(1) && IsWholeSoFar(recorded)) {
-    store.Save(kDenseStage, [&] { return PackDense(*map, sights, map->warnings); });
+    store.Save(kDenseStage, [&] { return PackDense(*map, rays, map->warnings); });
   }
   AddWarnings(before, map);
-  return sights;
+  return rays;
 }
 
 // Marks are among the lines.
@@ -259,7 +259,7 @@ void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> camer
   map->building = BuildBuilding(input, options.building, progress.Part(0, kBuilt));
   progress.ReportOrStop(kBuilt);
   SnapToPlanes(map->building, options.planes, &map->dense);
-  AddFilledPlanes(input.sights, std::move(cameras), options, progress.Part(kBuilt, kFilled), map);
+  AddFilledPlanes(input.rays, std::move(cameras), options, progress.Part(kBuilt, kFilled), map);
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
@@ -270,7 +270,7 @@ void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> camer
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const StageStore& store, const Progress& progress, MapResult* map) {
   map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
-  std::vector<ViewRays> sights =
+  std::vector<ViewRays> rays =
       RunDenseStage(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
   RunLineStage(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
   map->marks = TakeMarks(&map->lines);
@@ -281,7 +281,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   }
   if (!options.stages.building) return;
   try {
-    RunBuildingStage(std::move(sights), {ViewCameras(recorded.views, map->rectified_rig)}, options,
+    RunBuildingStage(std::move(rays), {ViewCameras(recorded.views, map->rectified_rig)}, options,
                      progress.Part(kPipesUntil, 1), map);
   } catch (const StoppedError&) {
     spdlog::debug("the building was interrupted");

@@ -232,13 +232,13 @@ struct RigPoses {
 
 std::vector<ViewRays> CollectViewRays(const MapResult& map, const std::vector<RigPoses>& rigs,
                                       double voxel_m, const Progress& progress) {
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   for (const RigPoses& rig : rigs) {
     std::vector<ViewRays> seen =
         CollectCloudRays(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
-    std::move(seen.begin(), seen.end(), std::back_inserter(sights));
+    std::move(seen.begin(), seen.end(), std::back_inserter(rays));
   }
-  return sights;
+  return rays;
 }
 
 // On the recording's clock.

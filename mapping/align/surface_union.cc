@@ -305,15 +305,15 @@ class RaysOfView {
       NearestPoint& cell = cells[row * columns + column];
       if (p.z() < cell.depth_m && !hides(px, p.z())) cell = {&point, p.z()};
     }
-    ViewRays sights;
-    sights.p_world_camera = T_world_camera_.translation;
+    ViewRays rays;
+    rays.p_world_camera = T_world_camera_.translation;
     for (const NearestPoint& cell : cells) {
       if (!cell.point) continue;
-      if (!IsFreeWay(occupancy, sights.p_world_camera, cell.point->p_world)) continue;
-      sights.p_world.push_back(cell.point->p_world.cast<float>());
-      sights.sigma_m.push_back(static_cast<float>(cell.point->sigma_m));
+      if (!IsFreeWay(occupancy, rays.p_world_camera, cell.point->p_world)) continue;
+      rays.p_world.push_back(cell.point->p_world.cast<float>());
+      rays.sigma_m.push_back(static_cast<float>(cell.point->sigma_m));
     }
-    return sights;
+    return rays;
   }
 
  private:
@@ -327,7 +327,7 @@ class RaysOfView {
 std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
                                        const std::vector<DensePoint>& cloud, double size_m,
                                        const OccupancyMap& occupancy, const Progress& progress) {
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   for (std::size_t first = 0; first < poses.size(); first += kViewsAtOnce) {
     progress.ReportOrStop(static_cast<double>(first) / static_cast<double>(poses.size()));
     Views views;
@@ -337,12 +337,12 @@ std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
     const VisibilityDepths depths(cloud, size_m, ViewCameras(views, rig));
     for (std::size_t i = 0; i < views.size(); ++i) {
       const RaysOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
-      sights.push_back(view.Of(cloud, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
+      rays.push_back(view.Of(cloud, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
         return depths.Hides(static_cast<int>(i), 0, px, depth_m);
       }));
     }
   }
-  return sights;
+  return rays;
 }
 
 namespace {

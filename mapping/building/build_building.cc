@@ -81,10 +81,10 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
 }
 
 // By view, that of its camera; -1: none.
-std::vector<int> CollectLevels(const std::vector<ViewRays>& sights,
+std::vector<int> CollectLevels(const std::vector<ViewRays>& rays,
                                const std::vector<Level>& levels) {
   std::vector<int> level_of;
-  for (const ViewRays& view : sights) level_of.push_back(LevelAt(levels, view.p_world_camera));
+  for (const ViewRays& view : rays) level_of.push_back(LevelAt(levels, view.p_world_camera));
   return level_of;
 }
 
@@ -111,8 +111,8 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
                                   EndOf end_of) {
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
-  const std::vector<int> level_of = CollectLevels(input.sights, levels);
-  const FreeSpaceRays rays(input.sights, options.max_rays);
+  const std::vector<int> level_of = CollectLevels(input.rays, levels);
+  const FreeSpaceRays rays(input.rays, options.max_rays);
   const auto threads = static_cast<size_t>(std::max(1, cv::getNumThreads()));
   std::vector<std::vector<FreeSpace>> of_threads(threads, spaces);
   const auto add_view = [&](size_t view, std::vector<FreeSpace>* some) {
@@ -180,8 +180,8 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
       AddHits(level, built.wall.face, &level.grids.back());
     }
   }
-  const std::vector<int> level_of = CollectLevels(input.sights, levels);
-  const FreeSpaceRays rays(input.sights, options.max_rays);
+  const std::vector<int> level_of = CollectLevels(input.rays, levels);
+  const FreeSpaceRays rays(input.rays, options.max_rays);
   std::vector<std::pair<size_t, size_t>> faces;  // level, and face of it
   for (size_t i = 0; i < data->size(); ++i) {
     for (size_t k = 0; k < (*data)[i].faces.size(); ++k) faces.emplace_back(i, k);

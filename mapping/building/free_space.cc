@@ -103,13 +103,12 @@ std::optional<FreeWay> FindFreeWay(const Vector3d& p_world_camera, const Vector3
                  floor_m + kFreeSlack_m, top_m - kFreeSlack_m);
 }
 
-FreeSpaceRays::FreeSpaceRays(const std::vector<ViewRays>& sights, size_t max_rays)
-    : sights_(sights) {
+FreeSpaceRays::FreeSpaceRays(const std::vector<ViewRays>& seen, size_t max_rays) : seen_(seen) {
   size_t rays = 0;
-  for (const ViewRays& view : sights) rays += view.p_world.size();
+  for (const ViewRays& view : seen) rays += view.p_world.size();
   step_ = rays / max_rays + 1;
   size_t next = 0;
-  for (const ViewRays& view : sights) {
+  for (const ViewRays& view : seen) {
     first_.push_back(next);
     const size_t count = view.p_world.size();
     if (next < count) next += (count - next + step_ - 1) / step_ * step_;

@@ -58,18 +58,18 @@ std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera,
                                    const Eigen::Vector3d& end, double sigma_m, double floor_m,
                                    double top_m, double cell_m);
 
-// The rays of all sights, or every so manieth if there are as many as max_rays.
+// The rays of all views, or every so manieth if there are as many as max_rays.
 class FreeSpaceRays {
  public:
-  // `sights` must outlive it.
-  FreeSpaceRays(const std::vector<ViewRays>& sights, size_t max_rays);
+  // `seen` must outlive it.
+  FreeSpaceRays(const std::vector<ViewRays>& seen, size_t max_rays);
 
-  size_t views() const { return sights_.size(); }
+  size_t views() const { return seen_.size(); }
 
   // Calls use(p_world_camera, end, sigma_m) for the rays of a view.
   template <typename Use>
   void ForEachIn(size_t view, Use use) const {
-    const ViewRays& of_view = sights_[view];
+    const ViewRays& of_view = seen_[view];
     for (size_t i = first_[view]; i < of_view.p_world.size(); i += step_) {
       use(of_view.p_world_camera, Eigen::Vector3d(of_view.p_world[i].cast<double>()),
           static_cast<double>(of_view.sigma_m[i]));
@@ -87,7 +87,7 @@ class FreeSpaceRays {
   }
 
  private:
-  const std::vector<ViewRays>& sights_;
+  const std::vector<ViewRays>& seen_;
   size_t step_ = 1;
   std::vector<size_t> first_;  // by view, of those that count
 };

@@ -35,7 +35,7 @@ struct BuildingOptions {
   double min_thickness_m = 0.05, max_thickness_m = 0.75;  // between faces of one wall
   double assumed_thickness_m = 0.15;                      // of a wall with one face
 
-  int max_rays = 2000000;  // of the sights, beyond which only every so manieth is looked at
+  int max_rays = 2000000;  // of the rays, beyond which only every so manieth is looked at
 
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);

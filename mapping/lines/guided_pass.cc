@@ -190,10 +190,10 @@ Interval FindBins(const TrackedLine& line, const LineIntervalOptions& options) {
 
 // The samples that are not hidden, at bins that are near enough for their edge to be told from its
 // neighbours.
-void KeepClear(const TrackedLine& line, double bin_m, const VisibilityDepths& sights, int view,
+void KeepClear(const TrackedLine& line, double bin_m, const VisibilityDepths& depths, int view,
                int camera, std::vector<LineSample>* samples) {
   std::erase_if(*samples, [&](const LineSample& sample) {
-    if (sights.Hides(view, camera, sample.px, sample.depth_m)) return true;
+    if (depths.Hides(view, camera, sample.px, sample.depth_m)) return true;
     const auto bin = static_cast<int>(std::floor((sample.along_m - line.bins_from_m) / bin_m));
     const int last = static_cast<int>(line.bins.size()) - 1;
     return sample.depth_m > line.bins[std::clamp(bin, 0, last)].max_depth_m;
@@ -223,7 +223,7 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
 }
 
 void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
-                 const ViewCameras& cameras, const VisibilityDepths& sights,
+                 const ViewCameras& cameras, const VisibilityDepths& depths,
                  const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
                               .min_gradient = MinGradient(*line, options)};
@@ -235,7 +235,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                                cameras.cameras[camera], {.max_depth_m = options.max_depth_m});
     if (!part || image.empty()) continue;
     std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
-    KeepClear(*line, options.intervals.bin_m, sights, view, camera, &samples);
+    KeepClear(*line, options.intervals.bin_m, depths, view, camera, &samples);
     if (of_bins.looked.empty()) {
       of_bins.looked.assign(line->bins.size(), 0);
       of_bins.shown.assign(line->bins.size(), 0);
@@ -262,7 +262,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
 
 // From far away neighbouring edges run together: a bin is looked at from where it is not much
 // farther than in the view that is nearest to it, of those that it is not hidden from.
-void LimitDepths(const Views& views, const ViewCameras& cameras, const VisibilityDepths& sights,
+void LimitDepths(const Views& views, const ViewCameras& cameras, const VisibilityDepths& depths,
                  const MapLineOptions& options, TrackedLine* line) {
   constexpr float kTimes = 2.2F, kLeast_m = 2.5F;
   constexpr int kBins = 5;  // at once
@@ -285,7 +285,7 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const Visibilit
       if (p.z() <= 0 || p.z() >= nearest_m[i]) continue;
       const Eigen::Vector2d px =
           PixelFromPlane(cameras.cameras[0], Eigen::Vector2d(p.hnormalized()));
-      if (sights.Hides(static_cast<int>(view), 0, px, p.z())) continue;
+      if (depths.Hides(static_cast<int>(view), 0, px, p.z())) continue;
       nearest_m[i] = static_cast<float>(p.z());
     }
   }
@@ -343,7 +343,7 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
 
 }  // namespace
 
-void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
+void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
                   const MapLineOptions& options, std::vector<TrackedLine>* lines,
                   const Progress& progress) {
   constexpr int kAtOnce = 4;  // views in memory
@@ -351,7 +351,7 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
   cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
     for (int k = range.start; k < range.end; ++k) {
       StartBins(options.intervals, &(*lines)[k]);
-      LimitDepths(views, cameras, sights, options, &(*lines)[k]);
+      LimitDepths(views, cameras, depths, options, &(*lines)[k]);
     }
   });
   const auto count = static_cast<int>(views.size());
@@ -367,7 +367,7 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
         TrackedLine& line = (*lines)[k];
         for (int i = 0; i < some; ++i) {
           if (views[first + i].segment != line.segment) continue;
-          LookForLine(first + i, pairs[i], images, cameras, sights, options, &line);
+          LookForLine(first + i, pairs[i], images, cameras, depths, options, &line);
         }
       }
     });
@@ -416,14 +416,14 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
   *lines = std::move(kept);
 }
 
-void LookAgain(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
+void LookAgain(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
                const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
                std::vector<TrackedLine>* lines, const Progress& progress) {
   const auto has_moved = [](const TrackedLine& line) { return line.moved_m > kMoved_m; };
   std::vector<TrackedLine> moved;
   std::ranges::copy_if(*lines, std::back_inserter(moved), has_moved);
   if (moved.empty()) return;
-  LookForLines(views, images, sights, options, &moved, progress);
+  LookForLines(views, images, depths, options, &moved, progress);
   if (!progress.Report(1)) return;
   FitAgain(views, images.rig(), axes, options, &moved);
   std::erase_if(*lines, has_moved);

@@ -25,7 +25,7 @@ std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<
 // afterwards, but where surfaces hide it, its bins say how many views look at each piece of it and
 // how many of them show an edge there, and its places where that is. Once progress says so, later
 // views are left out.
-void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
+void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
                   const MapLineOptions& options, std::vector<TrackedLine>* lines,
                   const Progress& progress);
 
@@ -39,7 +39,7 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
 // A line that the fit moved was in part taken for edges beside it, or was not looked at where it
 // is: those are looked for and fitted once more, and dropped if they do not hold there. Once
 // progress says so, they stay as they were.
-void LookAgain(const Views& views, const ViewImages& images, const VisibilityDepths& sights,
+void LookAgain(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
                const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
                std::vector<TrackedLine>* lines, const Progress& progress);
 

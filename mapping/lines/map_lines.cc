@@ -288,13 +288,13 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
 
 BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
-                      const VisibilityDepths& sights, const LineSurfaces& surfaces,
+                      const VisibilityDepths& depths, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
-  LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
+  LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
-  LookAgain(views, images, sights, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
+  LookAgain(views, images, depths, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
   cv::parallel_for_({0, static_cast<int>(lines.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {

@@ -49,7 +49,7 @@ struct BuiltLines {
 // progress says so, the lines are those that were found so far.
 BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
-                      const VisibilityDepths& sights, const LineSurfaces& surfaces,
+                      const VisibilityDepths& depths, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap::mapping

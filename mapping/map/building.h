@@ -110,7 +110,7 @@ struct ViewRays {
 struct BuildingInput {
   std::vector<SurfacePoint> points;
   std::vector<MapLine> lines;
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   std::vector<Eigen::Vector3d> trajectory_world;  // places of the rig, in their order
 };
 

@@ -201,15 +201,15 @@ std::optional<Vector3d> PlaceOn(const MapLine& line, const RigidTransform& T_wor
 }
 
 void AddLineRays(const MapLine& line, const LineSegment& segment_px, const Camera& camera,
-                 const RigidTransform& T_world_camera, ViewRays* sights) {
+                 const RigidTransform& T_world_camera, ViewRays* rays) {
   const Vector2d way_px = segment_px.end - segment_px.start;
   const int count = std::clamp(static_cast<int>(way_px.norm() / kApart_px), 1, kMostRays);
   for (int i = 0; i < count; ++i) {
     const Vector2d px = segment_px.start + (i + 0.5) / count * way_px;
     const auto place = PlaceOn(line, T_world_camera, camera, px);
     if (!place) continue;
-    sights->p_world.push_back(place->cast<float>());
-    sights->sigma_m.push_back(static_cast<float>(std::max(line.sigma_m, kLeastSigma_m)));
+    rays->p_world.push_back(place->cast<float>());
+    rays->sigma_m.push_back(static_cast<float>(std::max(line.sigma_m, kLeastSigma_m)));
   }
 }
 
@@ -225,13 +225,13 @@ std::vector<ViewRays> CollectLineRays(const MapResult& map) {
     if (line == pieces.end() || pose == poses.end()) continue;
     const RigidTransform T_world_camera =
         pose->second * map.rectified_rig.T_imu_camera[support.camera];
-    ViewRays& sights = images[{support.stamp_ns, support.camera}];
-    sights.p_world_camera = T_world_camera.translation;
+    ViewRays& rays = images[{support.stamp_ns, support.camera}];
+    rays.p_world_camera = T_world_camera.translation;
     AddLineRays(*line->second, support.px, map.rectified_rig.cameras[support.camera],
-                T_world_camera, &sights);
+                T_world_camera, &rays);
   }
   std::vector<ViewRays> all;
-  for (auto& [image, sights] : images) all.push_back(std::move(sights));
+  for (auto& [image, rays] : images) all.push_back(std::move(rays));
   return all;
 }
 

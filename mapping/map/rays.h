@@ -59,17 +59,17 @@ inline constexpr const char* kRayOutOfOctree = "rays_out_of_octree";
 // turn out a little wrong.
 std::vector<ViewRays> CollectLineRays(const MapResult& map);
 
-// All points of the dense cloud, the lines, and the places of the trajectory, with the sights and
+// All points of the dense cloud, the lines, and the places of the trajectory, with the rays and
 // what the lines add to them.
-inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<ViewRays> sights) {
+inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<ViewRays> rays) {
   BuildingInput input;
   for (const DensePoint& point : map.dense) {
     input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
   }
   input.lines = map.lines;
-  input.sights = std::move(sights);
+  input.rays = std::move(rays);
   std::vector<ViewRays> of_lines = CollectLineRays(map);
-  std::move(of_lines.begin(), of_lines.end(), std::back_inserter(input.sights));
+  std::move(of_lines.begin(), of_lines.end(), std::back_inserter(input.rays));
   for (const StampedPose& pose : map.trajectory) {
     input.trajectory_world.push_back(pose.T_world_imu.translation);
   }

@@ -115,9 +115,9 @@ std::vector<DensePoint> ParseDensePoints(const Json& json) {
   return points;
 }
 
-Json ViewRaysJson(const std::vector<ViewRays>& sights) {
+Json ViewRaysJson(const std::vector<ViewRays>& rays) {
   Json json = Json::array();
-  for (const ViewRays& view : sights) {
+  for (const ViewRays& view : rays) {
     std::vector<double> centre;
     Append(view.p_world_camera, &centre);
     std::vector<float> points;
@@ -130,9 +130,9 @@ Json ViewRaysJson(const std::vector<ViewRays>& sights) {
 }
 
 std::vector<ViewRays> ParseViewRays(const Json& json) {
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   for (const Json& view : json) {
-    ViewRays& seen = sights.emplace_back();
+    ViewRays& seen = rays.emplace_back();
     seen.p_world_camera = NumberReader(view.at("centre")).TakeMatrix<Eigen::Vector3d>();
     const std::vector<float> points = Unpacked<float>(view.at("points"));
     for (size_t i = 0; i + 2 < points.size(); i += 3) {
@@ -140,7 +140,7 @@ std::vector<ViewRays> ParseViewRays(const Json& json) {
     }
     seen.sigma_m = Unpacked<float>(view.at("sigmas"));
   }
-  return sights;
+  return rays;
 }
 
 Json LinesJson(const std::vector<MapLine>& lines) {
@@ -326,12 +326,12 @@ std::string StageKey(const OdometryRun& run, const std::string& images, const st
   return checksum.Text();
 }
 
-std::string PackDense(const MapResult& map, const std::vector<ViewRays>& sights,
+std::string PackDense(const MapResult& map, const std::vector<ViewRays>& rays,
                       const CountedWarnings& warnings) {
   return Bytes({{"dense", DensePointsJson(map.dense)},
                 {"resolution_m", map.occupancy.resolution_m()},
                 {"occupancy", Json::binary(map.occupancy.Nodes())},
-                {"sights", ViewRaysJson(sights)},
+                {"sights", ViewRaysJson(rays)},
                 {"warnings", warnings}});
 }
 

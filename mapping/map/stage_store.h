@@ -53,10 +53,10 @@ using CountedWarnings = std::map<std::string, int64_t>;
 struct DenseStage {
   std::vector<DensePoint> dense;
   OccupancyMap occupancy{0.1};
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   CountedWarnings warnings;
 };
-std::string PackDense(const MapResult& map, const std::vector<ViewRays>& sights,
+std::string PackDense(const MapResult& map, const std::vector<ViewRays>& rays,
                       const CountedWarnings& warnings);
 // Nothing where the bytes are of another form.
 std::optional<DenseStage> UnpackDense(const std::string& bytes);

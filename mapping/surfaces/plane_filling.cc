@@ -32,9 +32,9 @@ double TopOf_m(const Storey& storey) {
 
 // Calls use(way) for the free parts of rays in a storey.
 template <typename Use>
-void ForEachWay(const Storey& storey, const std::vector<ViewRays>& sights, double cell_m,
+void ForEachWay(const Storey& storey, const std::vector<ViewRays>& seen, double cell_m,
                 const Progress& progress, Use use) {
-  const FreeSpaceRays rays(sights, kMaxRays);
+  const FreeSpaceRays rays(seen, kMaxRays);
   rays.ForSomeViews(progress.Part(0, 0), [&](size_t begin, size_t end_view) {
     for (size_t view = begin; view < end_view; ++view) {
       rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
@@ -99,13 +99,12 @@ BoundedPlane CeilingOver(const BoundedPlane& floor, double ceiling_m) {
 
 }  // namespace
 
-std::vector<BoundedPlane> StoreyPlanes(const Building& building,
-                                       const std::vector<ViewRays>& sights,
+std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<ViewRays>& rays,
                                        const PlaneOptions& options, const Progress& progress) {
   std::vector<BoundedPlane> planes;
   for (const Storey& storey : building.storeys) {
     Eigen::AlignedBox2d box;
-    ForEachWay(storey, sights, options.cell_m, progress,
+    ForEachWay(storey, rays, options.cell_m, progress,
                [&](const FreeWay& way) { box.extend(way.from).extend(way.to); });
     if (box.isEmpty()) continue;
     if (box.volume() > kMaxCells * options.cell_m * options.cell_m) {
@@ -114,7 +113,7 @@ std::vector<BoundedPlane> StoreyPlanes(const Building& building,
       continue;
     }
     FreeSpace free(box, options.cell_m);
-    ForEachWay(storey, sights, options.cell_m, progress,
+    ForEachWay(storey, rays, options.cell_m, progress,
                [&](const FreeWay& way) { free.AddWay(way.from, way.to); });
     PlaneGrid grid;  // along x and y
     grid.offset_m = storey.floor_m;
@@ -205,7 +204,7 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
   const MeasuredAround around(grid, measured.dense, measured.lines, options);
   const PlaneBorders borders =
       plane.is_wall ? PlaneBorders(grid, measured.lines, options.beside_m) : PlaneBorders();
-  const cv::Mat1i passes = CountPasses(grid, measured.sights, options);
+  const cv::Mat1i passes = CountPasses(grid, measured.rays, options);
   std::vector<PlaneWatch> watches = watching.Watches();
   std::vector<DensePoint> points;
   for (int row = 0; row < grid.rows; ++row) {
@@ -229,7 +228,7 @@ std::vector<BoundedPlane> PlanesToFill(const MeasuredBuilding& measured,
   std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
   try {
     const std::vector<BoundedPlane> beyond =
-        StoreyPlanes(measured.building, measured.sights, options, progress.Part(0, 0));
+        StoreyPlanes(measured.building, measured.rays, options, progress.Part(0, 0));
     planes.insert(planes.end(), beyond.begin(), beyond.end());
   } catch (const StoppedError&) {
     planes.clear();

@@ -18,8 +18,7 @@ namespace slcmap::inline mapping {
 // it is near: rooms whose walls were not all seen are none, but their floors are looked at all the
 // same. Throws StoppedError once progress says so. Their height is not known better than a
 // storey's, so they hold only what is measured around.
-std::vector<BoundedPlane> StoreyPlanes(const Building& building,
-                                       const std::vector<ViewRays>& sights,
+std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<ViewRays>& rays,
                                        const PlaneOptions& options, const Progress& progress = {});
 
 // What is known of a building before.
@@ -27,9 +26,9 @@ struct MeasuredBuilding {
   const std::vector<DensePoint>& dense;
   const std::vector<MapLine>& lines;
   const Building& building;
-  const std::vector<ViewRays>& sights;  // rays to what was measured
-  std::vector<ViewCameras> watchers;    // views that look at it, by rig
-  double voxel_m;                       // that a point of the cloud stands for
+  const std::vector<ViewRays>& rays;  // rays to what was measured
+  std::vector<ViewCameras> watchers;  // views that look at it, by rig
+  double voxel_m;                     // that a point of the cloud stands for
 };
 
 // Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was

@@ -20,10 +20,10 @@ constexpr double kSigmas = 3;
 
 }  // namespace
 
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& sights,
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays,
                       const PlaneOptions& options) {
   cv::Mat1i passes = cv::Mat1i::zeros(grid.rows, grid.columns);
-  for (const ViewRays& view : sights) {
+  for (const ViewRays& view : rays) {
     const double before_m = grid.DistanceTo(view.p_world_camera);
     if (before_m == 0) continue;
     for (size_t i = 0; i < view.p_world.size(); ++i) {

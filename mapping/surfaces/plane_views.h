@@ -18,7 +18,7 @@
 namespace slcmap::inline mapping {
 
 // By cell: the rays that go through it to an end clearly behind it, from either side.
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& sights,
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays,
                       const PlaneOptions& options);
 
 // The left images of a rig's views. What is given has to live on.

@@ -41,7 +41,7 @@ void Run(Arguments arguments) {
   const Building building = BuildBuilding(input, {});
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
   std::printf("%zu points, %zu lines, %zu views; %.2f s\n", input.points.size(), input.lines.size(),
-              input.sights.size(), spent.count());
+              input.rays.size(), spent.count());
   for (const Storey& storey : building.storeys) {
     std::printf("storey %.3f to %.3f m\n", storey.floor_m, storey.ceiling_m.value_or(-1));
   }

@@ -30,12 +30,12 @@ void Make(const std::string& run_folder, const std::string& map, const std::stri
   std::vector<DensePoint> dense = ReadDensePly(map + "/dense.ply");
   std::erase_if(dense, [](const DensePoint& p) { return p.source != DenseSource::kStereo; });
   const auto axes = AxesOfRun(run, options.lines.min_axis_sigma_rad);
-  const VisibilityDepths sights(dense, options.dense.voxel_m,
+  const VisibilityDepths depths(dense, options.dense.voxel_m,
                                 ViewCameras(chosen.views, chosen.images->rig()), {});
   std::vector<MapLine> all = BuildLines(chosen.views, *chosen.images, axes,
                                         KnownLines(run, axes, options.run_lines.max_sigma_m,
                                                    options.run_lines.min_observations),
-                                        sights, LineSurfaces(dense), options.lines)
+                                        depths, LineSurfaces(dense), options.lines)
                                  .lines;
   for (const MapLine& line : ReadMapLines(map + "/lines.ply")) {
     if (line.observations == 0) all.push_back(line);

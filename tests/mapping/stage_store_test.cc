@@ -29,19 +29,19 @@ MapResult MadeMap() {
   return map;
 }
 
-std::vector<ViewRays> MadeSights() {
-  ViewRays sights;
-  sights.p_world_camera = {0.1, 1. / 3, 2};
-  sights.p_world = {{0.3f, 0.7f, 1.f / 3}, {4, 5, 6}};
-  sights.sigma_m = {0.01f / 3, 0.2f};
-  return {sights, {}};
+std::vector<ViewRays> MadeRays() {
+  ViewRays rays;
+  rays.p_world_camera = {0.1, 1. / 3, 2};
+  rays.p_world = {{0.3f, 0.7f, 1.f / 3}, {4, 5, 6}};
+  rays.sigma_m = {0.01f / 3, 0.2f};
+  return {rays, {}};
 }
 
 const CountedWarnings kWarnings = {{"rays_out_of_octree", 7}};
 
 TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
   const MapResult map = MadeMap();
-  const auto read = UnpackDense(PackDense(map, MadeSights(), kWarnings));
+  const auto read = UnpackDense(PackDense(map, MadeRays(), kWarnings));
   ASSERT_TRUE(read.has_value());
   ASSERT_EQ(read->dense.size(), map.dense.size());
   for (size_t i = 0; i < map.dense.size(); ++i) {
@@ -54,10 +54,10 @@ TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
   EXPECT_EQ(read->occupancy.resolution_m(), map.occupancy.resolution_m());
   EXPECT_EQ(read->occupancy.Nodes(), map.occupancy.Nodes());
   EXPECT_FALSE(map.occupancy.Nodes().empty());
-  ASSERT_EQ(read->sights.size(), 2u);
-  EXPECT_EQ(read->sights[0].p_world_camera, MadeSights()[0].p_world_camera);
-  EXPECT_EQ(read->sights[0].p_world, MadeSights()[0].p_world);
-  EXPECT_EQ(read->sights[0].sigma_m, MadeSights()[0].sigma_m);
+  ASSERT_EQ(read->rays.size(), 2u);
+  EXPECT_EQ(read->rays[0].p_world_camera, MadeRays()[0].p_world_camera);
+  EXPECT_EQ(read->rays[0].p_world, MadeRays()[0].p_world);
+  EXPECT_EQ(read->rays[0].sigma_m, MadeRays()[0].sigma_m);
   EXPECT_EQ(read->warnings, kWarnings);
 }
 

@@ -52,9 +52,9 @@ inline MapResult ScannedAlong(const Scene& scene, const std::vector<Way>& ways,
     map.lines.push_back(line);
   }
   std::vector<RayBundle> rays;
-  for (const ViewRays& sights : seen.sights) {
-    RayBundle bundle{T_map_scene * sights.p_world_camera, {}};
-    for (const Eigen::Vector3f& p : sights.p_world) {
+  for (const ViewRays& view : seen.rays) {
+    RayBundle bundle{T_map_scene * view.p_world_camera, {}};
+    for (const Eigen::Vector3f& p : view.p_world) {
       bundle.p_world.push_back(T_map_scene * p.cast<double>());
     }
     rays.push_back(bundle);

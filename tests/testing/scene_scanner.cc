@@ -77,7 +77,7 @@ class Scanner {
     const std::vector<Vector3d> ways = WaysOf(places);
     for (size_t i = 0; i < places.size(); ++i) {
       const Vector3d drift = 2 * i >= places.size() ? options_.drift_m : Vector3d::Zero();
-      input.sights.push_back(Look(places[i], ways[i], drift));
+      input.rays.push_back(Look(places[i], ways[i], drift));
     }
     for (const auto& [key, voxel] : voxels_) {
       input.points.push_back({voxel.p / voxel.weight, voxel.normal.normalized(),
@@ -94,7 +94,7 @@ class Scanner {
   }
 
   ViewRays Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
-    ViewRays sights{place + drift, {}, {}};
+    ViewRays rays{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
     RayScene::Packet packet;
     for (int first = 0; first < options_.rays; first += RayScene::kLanes) {
@@ -110,19 +110,19 @@ class Scanner {
         if (packet.active[lane] == 0 || packet.rays.hit.geomID[lane] == RayScene::kNoQuad) continue;
         const Vector3d ray = ComputeRay(first + lane, options_.rays + RayScene::kLanes, turn_rad);
         AddHit(patches_[packet.rays.hit.primID[lane]], place, ray, packet.rays.ray.tfar[lane],
-               drift, &sights);
+               drift, &rays);
       }
     }
-    return sights;
+    return rays;
   }
 
   void AddHit(const ScenePatch& patch, const Vector3d& place, const Vector3d& ray,
-              double distance_m, const Vector3d& drift, ViewRays* sights) {
+              double distance_m, const Vector3d& drift, ViewRays* rays) {
     if (!IsTextured(patch)) return;
     const double sigma_m = options_.noise_m + options_.noise_per_m * distance_m * distance_m;
     const Vector3d p = place + (distance_m + sigma_m * Normal(&generator_)) * ray + drift;
-    sights->p_world.push_back(p.cast<float>());
-    sights->sigma_m.push_back(static_cast<float>(sigma_m));
+    rays->p_world.push_back(p.cast<float>());
+    rays->sigma_m.push_back(static_cast<float>(sigma_m));
     Vector3d normal = patch.normal.cast<double>();
     if (normal.dot(ray) > 0) normal = -normal;
     for (int k = 0; k < 3; ++k) normal[k] += options_.normal_noise_rad * Normal(&generator_);

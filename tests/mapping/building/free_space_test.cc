@@ -11,8 +11,8 @@ using Eigen::Vector3d;
 FreeSpace Empty() { return {{Vector2d(0, 0), Vector2d(10, 10)}, 0.1}; }
 
 // Of views with so many rays each; a ray ends at x = its number among all.
-std::vector<ViewRays> SightsWith(const std::vector<int>& counts) {
-  std::vector<ViewRays> sights;
+std::vector<ViewRays> RaysWith(const std::vector<int>& counts) {
+  std::vector<ViewRays> seen;
   int number = 0;
   for (const int count : counts) {
     ViewRays view;
@@ -20,9 +20,9 @@ std::vector<ViewRays> SightsWith(const std::vector<int>& counts) {
       view.p_world.emplace_back(static_cast<float>(number++), 0.0F, 0.0F);
       view.sigma_m.push_back(0.01F);
     }
-    sights.push_back(view);
+    seen.push_back(view);
   }
-  return sights;
+  return seen;
 }
 
 std::vector<int> CollectRays(const FreeSpaceRays& rays) {
@@ -57,19 +57,19 @@ TEST(FreeSpace, CountsNoMoreWaysThanFit) {
 }
 
 TEST(FreeSpaceRays, AreAllOfFew) {
-  const auto sights = SightsWith({2, 0, 3});
-  EXPECT_EQ(CollectRays({sights, 100}), (std::vector{0, 1, 2, 3, 4}));
+  const auto seen = RaysWith({2, 0, 3});
+  EXPECT_EQ(CollectRays({seen, 100}), (std::vector{0, 1, 2, 3, 4}));
 }
 
 // Whichever views they are of, also those with fewer rays than one is taken of.
 TEST(FreeSpaceRays, AreEverySoManiethOfMany) {
-  const auto sights = SightsWith({4, 1, 1, 0, 5, 2});
-  EXPECT_EQ(CollectRays({sights, 6}), (std::vector{0, 3, 6, 9, 12}));
+  const auto seen = RaysWith({4, 1, 1, 0, 5, 2});
+  EXPECT_EQ(CollectRays({seen, 6}), (std::vector{0, 3, 6, 9, 12}));
 }
 
 TEST(FreeSpaceRays, AreGivenInRangesOfViewsUntilStopped) {
-  const auto sights = SightsWith(std::vector<int>(100, 1));
-  const FreeSpaceRays rays(sights, 1000);
+  const auto seen = RaysWith(std::vector<int>(100, 1));
+  const FreeSpaceRays rays(seen, 1000);
   size_t next = 0;
   rays.ForSomeViews({}, [&](size_t begin, size_t end) {
     EXPECT_EQ(begin, next);

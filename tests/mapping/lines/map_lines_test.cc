@@ -391,13 +391,13 @@ TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
     views.push_back(testing::LookingAtWall({-0.2 + 0.02 * i, -1.5, 0}, 200 + i));
   }
   const PartlyBlindWall wall(views, 11);
-  const auto lines_with = [&](const VisibilityDepths& sights) {
-    return BuildLines(views, wall, WallAxes(), {}, sights, LineSurfaces({}), MapLineOptions())
+  const auto lines_with = [&](const VisibilityDepths& depths) {
+    return BuildLines(views, wall, WallAxes(), {}, depths, LineSurfaces({}), MapLineOptions())
         .lines;
   };
   EXPECT_TRUE(lines_with({}).empty());
-  const VisibilityDepths sights(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
-  EXPECT_EQ(lines_with(sights).size(), 4u);
+  const VisibilityDepths depths(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
+  EXPECT_EQ(lines_with(depths).size(), 4u);
 }
 
 int VerticalLines(const std::vector<MapLine>& lines) {

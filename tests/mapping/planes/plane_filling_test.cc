@@ -38,7 +38,7 @@ struct Scene {
   std::vector<DensePoint> dense;
   std::vector<MapLine> lines;
   Building building;
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
   Views views;
 
   explicit Scene(double measured_y = kWall_m) {
@@ -70,7 +70,7 @@ struct Scene {
     Rig rig = SmallRig();
     for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
     const ViewCameras cameras(views, rig);
-    return FillPlanes({dense, lines, building, sights, {cameras}, 0.04}, {}, threads, progress);
+    return FillPlanes({dense, lines, building, rays, {cameras}, 0.04}, {}, threads, progress);
   }
 };
 
@@ -171,14 +171,14 @@ TEST(FillPlanes, LeavesOutOpenings) {
 TEST(FillPlanes, LeavesOutWhatRaysPass) {
   Scene scene;
   for (int i = 0; i < 3; ++i) {
-    ViewRays sights{{0, 0, 1.5}, {}, {}};
+    ViewRays rays{{0, 0, 1.5}, {}, {}};
     for (float x = -0.25F; x <= 0.25F; x += 0.02F) {
       for (float z = -0.25F; z <= 0.25F; z += 0.02F) {
-        sights.p_world.emplace_back(2 * x, 2 * kWall_m, 1.5F + 2 * z);
-        sights.sigma_m.push_back(0.02F);
+        rays.p_world.emplace_back(2 * x, 2 * kWall_m, 1.5F + 2 * z);
+        rays.sigma_m.push_back(0.02F);
       }
     }
-    scene.sights.push_back(sights);
+    scene.rays.push_back(rays);
   }
   EXPECT_EQ(Share(scene.Fill(), {-0.2, 0.2, 1.3, 1.7}), 0);
 }

@@ -17,7 +17,7 @@ bool Holds(const BoundedPlane& plane, double x, double y) {
 // A storey with a room of 2 by 2 m, and rays from its middle through the door that it has to x = 6.
 struct Scene {
   Building building;
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
 
   Scene() {
     building.storeys = {{0, 0.0, 2.5}};
@@ -30,13 +30,13 @@ struct Scene {
       view.p_world.emplace_back(6, 1 + 0.05F * static_cast<float>(i), 1.2F);
       view.sigma_m.push_back(0.02F);
     }
-    sights.assign(5, view);
+    rays.assign(5, view);
   }
 };
 
 TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
   const Scene scene;
-  const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.sights, {});
+  const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.rays, {});
   ASSERT_EQ(planes.size(), 2u);
   for (const BoundedPlane& plane : planes) {
     EXPECT_TRUE(Holds(plane, 4, 1));
@@ -57,9 +57,9 @@ TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
 TEST(StoreyPlanes, AreOfWhatWasSeenOfAStorey) {
   Scene scene;
   scene.building.storeys[0].ceiling_m.reset();
-  EXPECT_EQ(StoreyPlanes(scene.building, scene.sights, {}).size(), 1u);
+  EXPECT_EQ(StoreyPlanes(scene.building, scene.rays, {}).size(), 1u);
   scene.building.storeys[0].floor_m = 3;
-  EXPECT_TRUE(StoreyPlanes(scene.building, scene.sights, {}).empty());
+  EXPECT_TRUE(StoreyPlanes(scene.building, scene.rays, {}).empty());
   EXPECT_TRUE(StoreyPlanes(scene.building, {}, {}).empty());
 }
 
