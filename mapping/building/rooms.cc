@@ -289,13 +289,13 @@ Interval FindInterval(const BorderFrame& frame, const Vector2d& a, const Vector2
 }
 
 // Whether a wall, or the gap of a door in one, goes along between two borders.
-bool IsBarred(const BorderFrame& frame, const Interval& stretch, double depth_m,
+bool IsBarred(const BorderFrame& frame, const Interval& interval, double depth_m,
               const std::vector<Border>& borders) {
   constexpr double kLeast_m = 0.05;  // what is square to it, give or take a degree, is no bar
   return std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
     const double at_m = frame.ComputeAcross(0.5 * (border.from + border.to)) / depth_m;
     return border.parts && at_m > 0.02 && at_m < 0.98 &&
-           Common(stretch, FindInterval(frame, border.from, border.to)).length_m() > kLeast_m;
+           Common(interval, FindInterval(frame, border.from, border.to)).length_m() > kLeast_m;
   });
 }
 

@@ -40,9 +40,9 @@ bool LiesOn(const LineSegment& segment, const LineSegment& line, double max_dist
   return Overlap_px(line, segment) >= 0.5 * segment.Length();
 }
 
-void Lengthen(const Interval& by, Interval* stretch) {
-  stretch->from_m = std::min(stretch->from_m, by.from_m);
-  stretch->to_m = std::max(stretch->to_m, by.to_m);
+void Lengthen(const Interval& by, Interval* interval) {
+  interval->from_m = std::min(interval->from_m, by.from_m);
+  interval->to_m = std::max(interval->to_m, by.to_m);
 }
 
 // Moves the origin of the line's places along it to where its fit has it.

@@ -60,7 +60,7 @@ std::vector<double> ImageSigmas_px(const PointAndDirection& line,
                                    const std::vector<EdgePoint>& places, const ViewCameras& views,
                                    const LineFitOptions& options) {
   std::vector<double> distances_m;
-  std::map<int, double> nearest_m;  // by stretch
+  std::map<int, double> nearest_m;  // by interval
   for (const EdgePoint& place : places) {
     const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
     distances_m.push_back((p - views.Centre(place.view, place.camera)).norm());
@@ -69,12 +69,12 @@ std::vector<double> ImageSigmas_px(const PointAndDirection& line,
     nearest = std::min(nearest, distances_m.back());
   }
   double of_line_m = std::numeric_limits<double>::max();
-  for (const auto& [stretch, distance_m] : nearest_m) of_line_m = std::min(of_line_m, distance_m);
+  for (const auto& [index, distance_m] : nearest_m) of_line_m = std::min(of_line_m, distance_m);
   std::vector<double> sigmas_px;
   for (size_t i = 0; i < places.size(); ++i) {
-    const double of_stretch_m = nearest_m.at(IntervalAt(places[i], options));
-    const double times_farther = distances_m[i] / of_stretch_m *
-                                 std::min(of_stretch_m / of_line_m, options.most_times_farther);
+    const double of_interval_m = nearest_m.at(IntervalAt(places[i], options));
+    const double times_farther = distances_m[i] / of_interval_m *
+                                 std::min(of_interval_m / of_line_m, options.most_times_farther);
     const double samples = std::min(places[i].samples, kFullSamples);
     sigmas_px.push_back(options.sigma_px * std::pow(times_farther, options.far_power) *
                         std::sqrt(kFullSamples / samples));
@@ -143,13 +143,13 @@ double RootMeanSquare(const std::vector<double>& values) {
   return std::sqrt(squared / static_cast<double>(values.size()));
 }
 
-// How many places, in the mean, are of one stretch in one image.
+// How many places, in the mean, are of one interval in one image.
 double PlacesAlike(const std::vector<EdgePoint>& places, const LineFitOptions& options) {
-  std::set<std::tuple<int, int, int>> stretches;
+  std::set<std::tuple<int, int, int>> intervals;
   for (const EdgePoint& place : places) {
-    stretches.insert({place.view, place.camera, IntervalAt(place, options)});
+    intervals.insert({place.view, place.camera, IntervalAt(place, options)});
   }
-  return static_cast<double>(places.size()) / static_cast<double>(stretches.size());
+  return static_cast<double>(places.size()) / static_cast<double>(intervals.size());
 }
 
 int CountViews(const std::vector<EdgePoint>& places) {

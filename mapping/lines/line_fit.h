@@ -29,7 +29,7 @@ struct EdgePoint {
   float from_m = 0, to_m = 0;  // of what the samples stand for
 };
 
-// Means of the samples that are edges over stretches of at most step_m, added to `places`.
+// Means of the samples that are edges over intervals of at most step_m, added to `places`.
 void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
                double step_m, std::vector<EdgePoint>* places);
 
@@ -47,7 +47,7 @@ struct LineFitOptions {
   double place_step_m = 0.06;
   // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
   // that lie side by side run together: there it is larger by a power of how much farther it is.
-  // The nearest view of a stretch counts as at most so many times farther than that of the line,
+  // The nearest view of an interval counts as at most so many times farther than that of the line,
   // which may be a glimpse of one end.
   double sigma_px = 0.18, far_power = 2, most_times_farther = 1.5;
   // Of a line, over which one view is the nearest, and the places of one image err alike.

@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kIntervalLength_m = 0.25;
 constexpr int kIntervalRounds = 4;
-// A line that holds as a whole lends its certainty to its stretches.
+// A line that holds as a whole lends its certainty to its intervals.
 constexpr double kIntervalSlack = 1.5;
 // What is left of a line that does not hold as a whole; without an axis.
 constexpr double kMinPart_m = 0.25, kMinFreePart_m = 0.5;
 
 int IntervalAt(double along_m) { return static_cast<int>(std::floor(along_m / kIntervalLength_m)); }
 
-// The places of a line, by index, in stretches along it.
+// The places of a line, by index, in intervals along it.
 class Intervals {
  public:
   explicit Intervals(const std::vector<EdgePoint>& places) : places_(places) {
@@ -29,23 +29,23 @@ class Intervals {
     }
   }
 
-  // By how much the places of each stretch scatter about a fit, px.
+  // By how much the places of each interval scatter about a fit, px.
   std::map<int, double> Spreads(const LineFit& fit, const ViewCameras& cameras) const {
     const std::vector<double> off_px = OffLine_px(fit.line, fit.shift_m, places_, cameras);
     std::map<int, double> spreads;
-    for (const auto& [stretch, members] : members_) {
+    for (const auto& [index, members] : members_) {
       std::vector<double> values;
       for (const size_t i : members) values.push_back(off_px[i]);
-      spreads[stretch] = ComputeSpread(std::move(values));
+      spreads[index] = ComputeSpread(std::move(values));
     }
     return spreads;
   }
 
-  // The spread below which half of the places' stretches are.
+  // The spread below which half of the places' intervals are.
   double ComputeMedianSpread(const std::map<int, double>& spreads) const {
     std::vector<double> by_place;
-    for (const auto& [stretch, members] : members_) {
-      by_place.insert(by_place.end(), members.size(), spreads.at(stretch));
+    for (const auto& [index, members] : members_) {
+      by_place.insert(by_place.end(), members.size(), spreads.at(index));
     }
     return Quantile(std::move(by_place), 0.5);
   }
@@ -63,14 +63,14 @@ class Intervals {
   std::map<int, std::vector<size_t>> members_;
 };
 
-// What is left of the intervals without the stretches that scatter more.
+// What is left of the intervals without the parts that scatter more.
 std::vector<Interval> Without(const std::vector<Interval>& intervals,
                               const std::map<int, double>& spreads, double most_px,
                               double min_length_m) {
   std::vector<Interval> left = intervals;
-  for (const auto& [stretch, spread_px] : spreads) {
+  for (const auto& [index, spread_px] : spreads) {
     if (spread_px <= most_px) continue;
-    const double from_m = stretch * kIntervalLength_m, to_m = from_m + kIntervalLength_m;
+    const double from_m = index * kIntervalLength_m, to_m = from_m + kIntervalLength_m;
     std::vector<Interval> cut;
     for (const Interval& interval : left) {
       if (interval.to_m <= from_m || interval.from_m >= to_m) {
@@ -86,16 +86,16 @@ std::vector<Interval> Without(const std::vector<Interval>& intervals,
   return left;
 }
 
-// The fit to those stretches that agree with each other, found by leaving out, again and again, the
+// The fit to those intervals that agree with each other, found by leaving out, again and again, the
 // half that scatters most.
-std::optional<LineFit> FitToBest(const Intervals& stretches, const LineFit& whole,
+std::optional<LineFit> FitToBest(const Intervals& intervals, const LineFit& whole,
                                  const TrackedLine& line, const ViewCameras& cameras,
                                  const std::optional<DirectionPrior>& prior,
                                  const LineFitOptions& options, double max_spread_px) {
   std::optional<LineFit> fit = whole;
   for (int round = 0; fit && round < kIntervalRounds && fit->spread_px > max_spread_px; ++round) {
-    const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeMedianSpread(spreads)),
+    const std::map<int, double> spreads = intervals.Spreads(*fit, cameras);
+    fit = FitLine(line.line, intervals.PlacesIn(spreads, intervals.ComputeMedianSpread(spreads)),
                   cameras, prior, options);
   }
   return fit;
@@ -122,11 +122,11 @@ std::optional<LineFit> FitIntervals(const ViewCameras& cameras,
                                     TrackedLine* line) {
   const auto whole = FitLine(line->line, line->places, cameras, prior, options);
   if (!whole) return whole;
-  const Intervals stretches(line->places);
+  const Intervals intervals(line->places);
   const auto best =
-      FitToBest(stretches, *whole, *line, cameras, prior, options, limits.max_spread_px);
+      FitToBest(intervals, *whole, *line, cameras, prior, options, limits.max_spread_px);
   if (!best) return whole;
-  const std::map<int, double> spreads = stretches.Spreads(*best, cameras);
+  const std::map<int, double> spreads = intervals.Spreads(*best, cameras);
   const bool holds = limits.Hold(*whole);
   const double most_px = (holds ? kIntervalSlack : 1) * limits.max_spread_px;
   TrackedLine part = *line;
@@ -149,13 +149,13 @@ constexpr double kSigmasBetweenMaps = 3;
 // By how much of a line how many views know it.
 double Quality(const TrackedLine& line) { return TotalLength_m(line.intervals) * line.fit.views; }
 
-// A stretch of `other` along `line`.
-Interval Along(const PointAndDirection& line, const TrackedLine& other, const Interval& stretch) {
+// An interval of `other` along `line`.
+Interval Along(const PointAndDirection& line, const TrackedLine& other, const Interval& interval) {
   const auto at = [&](double along_m) {
     return line.direction_world.dot(other.line.point_world + along_m * other.line.direction_world -
                                     line.point_world);
   };
-  const double a = at(stretch.from_m), b = at(stretch.to_m);
+  const double a = at(interval.from_m), b = at(interval.to_m);
   return {std::min(a, b), std::max(a, b)};
 }
 
@@ -210,16 +210,16 @@ void TakePlaces(const TrackedLine& other, TrackedLine* line) {
     own[{place.view, place.camera}].push_back({place.from_m, place.to_m});
   }
   for (EdgePoint place : other.places) {
-    const Interval stretch = Along(line->line, other, {place.from_m, place.to_m});
-    const double middle_m = 0.5 * (stretch.from_m + stretch.to_m);
+    const Interval interval = Along(line->line, other, {place.from_m, place.to_m});
+    const double middle_m = 0.5 * (interval.from_m + interval.to_m);
     const auto covers = [&](const Interval& mine) {
       return mine.from_m <= middle_m && mine.to_m >= middle_m;
     };
     if (std::ranges::any_of(own[{place.view, place.camera}], covers)) continue;
     const double along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;
     place.along_m = static_cast<float>(along_m);
-    place.from_m = static_cast<float>(stretch.from_m);
-    place.to_m = static_cast<float>(stretch.to_m);
+    place.from_m = static_cast<float>(interval.from_m);
+    place.to_m = static_cast<float>(interval.to_m);
     line->places.push_back(place);
   }
 }

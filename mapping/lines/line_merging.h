@@ -1,4 +1,4 @@
-// Takes lines that are one edge together, and finds the stretches of a line whose places are of one
+// Takes lines that are one edge together, and finds the intervals of a line whose places are of one
 // edge.
 #pragma once
 
@@ -19,7 +19,7 @@ struct IntervalLimits {
 };
 
 // Fits a line to its places in its intervals. Where these scatter by more than max_spread_px, by
-// their median, the line may pass one edge here and another there: the stretches that scatter least
+// their median, the line may pass one edge here and another there: the intervals that scatter least
 // are fitted alone, and those that agree with them are kept; of a line that holds as a whole, those
 // that scatter by half as much again. Intervals and places of others leave the line where the rest
 // holds. Nothing where no line can be fitted; a fit that does not hold is returned as it is.

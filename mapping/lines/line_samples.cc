@@ -32,12 +32,12 @@ double LineInView::DepthAt(double share) const {
   return 1 / ((1 - share) / start_depth_m + share / end_depth_m);
 }
 
-std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& stretch,
+std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& interval,
                                    const RigidTransform& T_camera_world, const Camera& camera,
                                    const ViewLimits& limits) {
   const Eigen::Vector3d p = T_camera_world * line.point_world;
   const Eigen::Vector3d d = T_camera_world.rotation * line.direction_world;
-  double from = stretch.from_m, to = stretch.to_m;
+  double from = interval.from_m, to = interval.to_m;
   Cut(p.z() - limits.min_depth_m, d.z(), &from, &to);
   Cut(limits.max_depth_m - p.z(), -d.z(), &from, &to);
   // left <= x / z <= right and so on, with z > 0

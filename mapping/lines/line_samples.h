@@ -29,12 +29,12 @@ struct LineInView {
   double DepthAt(double share) const;
 };
 
-// Nothing where no part of the stretch lies in the image (but a margin) and between the depths.
+// Nothing where no part of the interval lies in the image (but a margin) and between the depths.
 struct ViewLimits {
   double margin_px = 4;
   double min_depth_m = 0.2, max_depth_m = 10;
 };
-std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& stretch,
+std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& interval,
                                    const RigidTransform& T_camera_world, const Camera& camera,
                                    const ViewLimits& limits);
 

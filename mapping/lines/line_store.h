@@ -64,7 +64,7 @@ class LineSurfaces {
  public:
   explicit LineSurfaces(const std::vector<DensePoint>& cloud);
 
-  // In stretches of 10 cm, by the points up to 15 cm around them.
+  // In intervals of 10 cm, by the points up to 15 cm around them.
   SurfacesBeside Beside(const PointAndDirection& line,
                         const std::vector<Interval>& intervals) const;
 

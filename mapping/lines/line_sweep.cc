@@ -151,7 +151,8 @@ Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
   return support;
 }
 
-// The stretch of a line between the rays of a segment's ends, with the line running as the segment.
+// The interval of a line between the rays of a segment's ends, with the line running as the
+// segment.
 std::optional<Interval> FindInterval(PointAndDirection* line, const LineSegment& segment,
                                      const RigidTransform& T_world_camera) {
   const auto extent = ExtentAlong(*line, segment, T_world_camera);

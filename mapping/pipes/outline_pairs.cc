@@ -57,7 +57,7 @@ std::optional<ExpectedPair> ExpectedIn(const PipePlace& place, const CameraAt& a
   const Vector2d centre = AcrossAxis(place.cylinder.axis).Place(at.Centre());
   const double distance_m = centre.norm();
   if (distance_m < kLeastDistance * radius_m) return std::nullopt;
-  const auto seen = SeenPart(place.cylinder.axis, place.stretch, at.T_camera_world, at.camera, {});
+  const auto seen = SeenPart(place.cylinder.axis, place.interval, at.T_camera_world, at.camera, {});
   if (!seen) return std::nullopt;
   const double pixel_m = seen->DepthAt(0.5) / at.camera.fx_px;
   ExpectedPair expected;
@@ -92,12 +92,12 @@ class OutlineSearch {
 
   // Brighter on one side of it, the same all along. Nothing where much of it is not there, or not
   // straight.
-  std::optional<Found> Find(const PointAndDirection& line, const Interval& stretch,
+  std::optional<Found> Find(const PointAndDirection& line, const Interval& interval,
                             const Vector3d& normal_world) const {
     constexpr size_t kLeastSamples = 6;
     constexpr double kLeastShare = 0.6, kMostScatter_px = 0.8;
     constexpr double kIndependent = 0.3;  // of the samples
-    const auto seen = SeenPart(line, stretch, at_.T_camera_world, at_.camera, {});
+    const auto seen = SeenPart(line, interval, at_.T_camera_world, at_.camera, {});
     if (!seen) return std::nullopt;
     const Samples brighter_left = CollectSamples(line, *seen, normal_world, 1);
     const Samples brighter_right = CollectSamples(line, *seen, normal_world, -1);
@@ -167,7 +167,7 @@ std::optional<OutlinePair> PairIn(const cv::Mat& image, const cv::Mat& mask, con
     const Vector3d normal = across.DirectionInWorld(pair.normals[i]);
     const auto found =
         search.Find({axis.point_world + pair.offsets_m[i] * normal, axis.direction_world},
-                    place.stretch, normal);
+                    place.interval, normal);
     if (!found) return std::nullopt;
     pair.offsets_m[i] += found->offset_m;
     pair.sigma_m = std::max(pair.sigma_m, found->sigma_m);

@@ -27,7 +27,7 @@ struct OutlinePair {
 // A cylinder that may be there, between two places along its axis.
 struct PipePlace {
   Cylinder cylinder;
-  Interval stretch;
+  Interval interval;
   int segment = 0;  // of the run: only views of the same are asked
 };
 

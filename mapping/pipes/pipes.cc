@@ -136,14 +136,14 @@ void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages
   std::vector<PipePlace> places;
   for (size_t i = 0; i < candidates.size(); ++i) {
     const PipeCandidate& candidate = candidates[i];
-    const Interval stretch{candidate.from_m, candidate.to_m};
-    if (!(*evidence)[i] || stretch.length_m() < options.min_length_m ||
+    const Interval interval{candidate.from_m, candidate.to_m};
+    if (!(*evidence)[i] || interval.length_m() < options.min_length_m ||
         IsFlat(candidate.fit.cylinder, (*evidence)[i]->surface)) {
       continue;
     }
     looked_at.push_back(i);
     places.push_back(
-        {candidate.fit.cylinder, stretch, outlines[candidate.outlines.front()].segment});
+        {candidate.fit.cylinder, interval, outlines[candidate.outlines.front()].segment});
   }
   const auto widths = MeasureWidths(places, images, options.pose_sigma_m, progress);
   for (size_t k = 0; k < looked_at.size(); ++k) (*evidence)[looked_at[k]]->widths = widths[k];
@@ -174,15 +174,15 @@ std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
 // Sorted, and one where they are next to each other but for short gaps.
 std::vector<Interval> Joined(std::vector<Interval> pieces) {
   std::ranges::sort(pieces, {}, &Interval::from_m);
-  std::vector<Interval> stretches;
+  std::vector<Interval> intervals;
   for (const Interval& piece : pieces) {
-    if (!stretches.empty() && piece.from_m <= stretches.back().to_m + kMaxGap_m) {
-      stretches.back().to_m = std::max(stretches.back().to_m, piece.to_m);
+    if (!intervals.empty() && piece.from_m <= intervals.back().to_m + kMaxGap_m) {
+      intervals.back().to_m = std::max(intervals.back().to_m, piece.to_m);
     } else {
-      stretches.push_back(piece);
+      intervals.push_back(piece);
     }
   }
-  return stretches;
+  return intervals;
 }
 
 // Whether a line is an outline of a pipe that other views show: on its surface as far as it goes,
@@ -198,17 +198,17 @@ bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
   return TouchingShare(cylinder, outline, options) >= options.min_touching;
 }
 
-bool IsBeside(const std::vector<Interval>& pieces, const std::vector<Interval>& stretches) {
+bool IsBeside(const std::vector<Interval>& pieces, const std::vector<Interval>& intervals) {
   return std::ranges::any_of(pieces, [&](const Interval& piece) {
-    return std::ranges::any_of(stretches, [&](const Interval& stretch) {
-      return piece.from_m <= stretch.to_m + kMaxGap_m && piece.to_m >= stretch.from_m - kMaxGap_m;
+    return std::ranges::any_of(intervals, [&](const Interval& interval) {
+      return piece.from_m <= interval.to_m + kMaxGap_m && piece.to_m >= interval.from_m - kMaxGap_m;
     });
   });
 }
 
 // Where a pipe is, along its axis, and the lines that say so.
 struct PipeExtent {
-  std::vector<Interval> stretches;
+  std::vector<Interval> intervals;
   std::vector<size_t> outlines;
 };
 
@@ -222,12 +222,12 @@ PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outli
   std::vector<std::pair<size_t, std::vector<Interval>>> others;
   for (const size_t i : candidate.outlines) {
     for (const Interval& piece : PiecesAlong(cylinder.axis, outlines[i])) {
-      extent.stretches.push_back(piece);
+      extent.intervals.push_back(piece);
       others.push_back({i, {piece}});
     }
   }
-  extent.stretches = Joined(std::move(extent.stretches));
-  std::erase_if(extent.stretches,
+  extent.intervals = Joined(std::move(extent.intervals));
+  std::erase_if(extent.intervals,
                 [&](const Interval& own) { return own.length_m() < options.min_length_m; });
   for (size_t i = 0; i < outlines.size(); ++i) {
     if (!explained[i] && outlines[i].segment == segment &&
@@ -238,12 +238,12 @@ PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outli
   for (bool goes_on = true; goes_on;) {
     goes_on =
         std::erase_if(others, [&](const auto& other) {
-          if (!IsBeside(other.second, extent.stretches)) return false;
-          extent.stretches.insert(extent.stretches.end(), other.second.begin(), other.second.end());
+          if (!IsBeside(other.second, extent.intervals)) return false;
+          extent.intervals.insert(extent.intervals.end(), other.second.begin(), other.second.end());
           extent.outlines.push_back(other.first);
           return true;
         }) > 0;
-    extent.stretches = Joined(std::move(extent.stretches));
+    extent.intervals = Joined(std::move(extent.intervals));
   }
   return extent;
 }
@@ -254,7 +254,7 @@ const Outline& FindLongest(const PipeCandidate& candidate, const std::vector<Out
                                             [&](size_t i) { return outlines[i].half_m; })];
 }
 
-void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& stretches,
+void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& intervals,
                  const std::vector<Outline>& outlines, double min_length_m,
                  std::vector<MapPipe>* pipes) {
   const PipeFit& fit = judged.candidate->fit;
@@ -268,18 +268,18 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& stretche
   pipe.radius_sigma_m = fit.radius_sigma_m();
   pipe.images = judged.rays.images;
   const PointAndDirection& axis = fit.cylinder.axis;
-  for (const Interval& stretch : stretches) {
-    if (stretch.length_m() < min_length_m) continue;
+  for (const Interval& interval : intervals) {
+    if (interval.length_m() < min_length_m) continue;
     pipe.id = static_cast<int64_t>(pipes->size());
-    pipe.start_world = axis.point_world + stretch.from_m * axis.direction_world;
-    pipe.end_world = axis.point_world + stretch.to_m * axis.direction_world;
+    pipe.start_world = axis.point_world + interval.from_m * axis.direction_world;
+    pipe.end_world = axis.point_world + interval.to_m * axis.direction_world;
     pipes->push_back(pipe);
   }
 }
 
 // Whether a line lies on a pipe, along it: a seam, a glint, or an outline that few images show.
 bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
-              const std::vector<Interval>& stretches, const PipeOptions& options) {
+              const std::vector<Interval>& intervals, const PipeOptions& options) {
   constexpr double kSlack_m = 0.005, kBeyond_m = 0.1, kSigmas = 2;
   if (!IsAlong(outline, cylinder, options)) return false;
   const double most_m = cylinder.radius_m + kSlack_m + kSigmas * outline.sigma_m;
@@ -287,8 +287,8 @@ bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
   const auto is_on = [&](double along_m) {
     const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
     const double at_m = cylinder.axis.direction_world.dot(p - cylinder.axis.point_world);
-    return std::ranges::any_of(stretches, [&](const Interval& stretch) {
-      return at_m >= stretch.from_m - kBeyond_m && at_m <= stretch.to_m + kBeyond_m;
+    return std::ranges::any_of(intervals, [&](const Interval& interval) {
+      return at_m >= interval.from_m - kBeyond_m && at_m <= interval.to_m + kBeyond_m;
     });
   };
   return is_on(-outline.half_m) && is_on(0) && is_on(outline.half_m);
@@ -323,13 +323,13 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const Pip
     if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
     const PipeExtent extent = MeasureExtent(candidate, outlines, explained, options);
     const size_t before = found.pipes.size();
-    AddMapPipes(judged, extent.stretches, outlines, options.min_length_m, &found.pipes);
+    AddMapPipes(judged, extent.intervals, outlines, options.min_length_m, &found.pipes);
     if (found.pipes.size() == before) continue;
     const int segment = outlines[candidate.outlines.front()].segment;
     for (const size_t i : extent.outlines) explained[i] = 1;
     for (size_t i = 0; i < outlines.size(); ++i) {
       explained[i] |= outlines[i].segment == segment &&
-                      IsOnPipe(outlines[i], candidate.fit.cylinder, extent.stretches, options);
+                      IsOnPipe(outlines[i], candidate.fit.cylinder, extent.intervals, options);
     }
   }
   for (size_t i = 0; i < outlines.size(); ++i) {
