@@ -177,12 +177,13 @@ using Span = std::pair<size_t, size_t>;
 std::vector<Span> SpansBetweenKeyframes(const std::vector<OnlineState>& states,
                                         const std::map<int, Corrections>& corrections) {
   std::vector<Span> spans;
-  std::optional<size_t> previous;
+  const size_t none = states.size();
+  size_t previous = none;
   for (size_t i = 0; i < states.size(); ++i) {
-    if (previous && states[*previous].segment != states[i].segment) previous.reset();
+    if (previous != none && states[previous].segment != states[i].segment) previous = none;
     const auto segment = corrections.find(states[i].segment);
     if (segment == corrections.end() || !segment->second.contains(states[i].stamp_ns)) continue;
-    if (previous) spans.emplace_back(*previous, i);
+    if (previous != none) spans.emplace_back(previous, i);
     previous = i;
   }
   return spans;
