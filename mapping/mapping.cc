@@ -109,12 +109,6 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
-VisibilityDepths MakeDepthMaps(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
-                               const MappingOptions& options, const Progress& progress) {
-  return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
-          progress};
-}
-
 // From the images in which lines were looked for to those that the map tells of.
 void MoveSupports(const Rig& from, const Rig& to, std::vector<LineSupport>* supports) {
   for (LineSupport& support : *supports) {
@@ -129,8 +123,9 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
   const MapLineOptions lines =
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
-  const VisibilityDepths depths =
-      MakeDepthMaps(dense, chosen, options, progress.Part(kAgreementUntil, kVisibleUntil));
+  const VisibilityDepths depths(dense, options.dense.voxel_m,
+                                ViewCameras(chosen.views, chosen.images->rig()),
+                                progress.Part(kAgreementUntil, kVisibleUntil));
   const std::vector<BuildingAxis> axes = run.manhattan_worlds.empty()
                                              ? AxesOfViews(recorded.views, *recorded.images, lines,
                                                            progress.Part(kVisibleUntil, kAxes))
@@ -238,16 +233,6 @@ void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
   AddPipes(options.pipes, &images, progress, map);
 }
 
-void AddFilledPlanes(const std::vector<ViewRays>& rays, std::vector<ViewCameras> cameras,
-                     const MappingOptions& options, const Progress& progress, MapResult* map) {
-  if (!options.planes.fill) return;
-  const std::vector<DensePoint> filled = FillPlanes(
-      {map->dense, map->lines, map->building, rays, std::move(cameras), options.dense.voxel_m},
-      options.planes, options.dense.threads, progress);
-  progress.ReportOrStop(1);
-  AddFilledPoints(filled, options.planes.cell_m, map);
-}
-
 // Planes and rooms, what is filled by them, and junctions: of what was measured, rays to it, and
 // the cameras of the views that looked at it, by rig. Throws StoppedError once progress says so,
 // and leaves what is done so far.
@@ -259,7 +244,14 @@ void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> camer
   map->building = BuildBuilding(input, options.building, progress.Part(0, kBuilt));
   progress.ReportOrStop(kBuilt);
   SnapToPlanes(map->building, options.planes, &map->dense);
-  AddFilledPlanes(input.rays, std::move(cameras), options, progress.Part(kBuilt, kFilled), map);
+  if (options.planes.fill) {
+    const std::vector<DensePoint> filled =
+        FillPlanes({map->dense, map->lines, map->building, input.rays, std::move(cameras),
+                    options.dense.voxel_m},
+                   options.planes, options.dense.threads, progress.Part(kBuilt, kFilled));
+    progress.ReportOrStop(kFilled);
+    AddFilledPoints(filled, options.planes.cell_m, map);
+  }
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),

@@ -8,10 +8,13 @@
 //   const OdometryRun run = odometry.Run();
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "data/core/error.h"
 #include "data/core/types.h"
 #include "odometry/options.h"
 #include "odometry/run/run.h"
@@ -63,6 +66,31 @@ class Odometry {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+class RunJournal;
+
+// Writes the run of an odometry into a folder as it goes: a program that is killed leaves it there.
+class RunRecorder {
+ public:
+  // `header` is what is known of the run; odometry must outlive the recorder. `source_warnings`
+  // tells what the reader of the recording has counted so far. Throws OutputError.
+  RunRecorder(const std::string& run_folder, const OdometryRun& header, Odometry* odometry,
+              std::function<Warnings()> source_warnings);
+  ~RunRecorder();
+
+  // Writes what has become final; from time to time, also what is in the window. To be called after
+  // each image. Throws OutputError.
+  void Update();
+
+ private:
+  void UpdateWindow(OdometryRun finished);
+
+  Odometry* odometry_;
+  const std::function<Warnings()> source_warnings_;
+  std::unique_ptr<RunJournal> journal_;
+  std::chrono::steady_clock::time_point window_written_;
+  int worlds_ = 0, slopes_ = 0;  // Manhattan worlds and slopes that the journal knows
 };
 
 }  // namespace slcmap::odometry

@@ -12,7 +12,6 @@
 
 #include "apps/commands/check.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/odometry.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
 #include "data/calibration/calibration.h"
