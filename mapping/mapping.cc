@@ -248,7 +248,7 @@ void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> camer
     const std::vector<DensePoint> filled =
         FillPlanes({map->dense, map->lines, map->building, input.rays, std::move(cameras),
                     options.dense.voxel_m},
-                   options.planes, options.dense.threads, progress.Part(kBuilt, kFilled));
+                   options.planes, progress.Part(kBuilt, kFilled));
     progress.ReportOrStop(kFilled);
     AddFilledPoints(filled, options.planes.cell_m, map);
   }
@@ -359,12 +359,13 @@ bool HasImages(const MapInput& input, const OdometryRun& run) {
 
 // Of a run whose poses were given.
 std::optional<ExternalPoseFigures> AdjustGiven(const ExternalPoseOptions& options,
+                                               const SharedImageCache& cache,
                                                const Progress& progress, MapInput* input) {
   OdometryRun& run = input->run;
   if (!options.adjust || run.method != kExternalPoses || !HasImages(*input, run)) {
     return std::nullopt;
   }
-  const auto images = KeyframeImages(run, input->recording);
+  const auto images = KeyframeImages(run, input->recording, cache);
   const auto figures = AdjustExternalPoses(*images, options, &run, progress);
   const std::string fault = figures ? TooFarMoved(*figures, input->reading) : "";
   if (!fault.empty()) {
@@ -377,17 +378,19 @@ std::optional<ExternalPoseFigures> AdjustGiven(const ExternalPoseOptions& option
 // Where revisits are looked for in them: the images of the keyframes with the calibration that
 // odometry found, which is good enough to recognise a place; else none.
 std::unique_ptr<ViewImages> ImagesOfRevisits(const MapInput& input,
-                                             const AdjustmentOptions& options) {
+                                             const AdjustmentOptions& options,
+                                             const SharedImageCache& cache) {
   const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
   if (!are_wanted || input.run.method == kExternalPoses || !HasImages(input, input.run)) {
     return nullptr;
   }
-  return KeyframeImages(input.run, input.recording);
+  return KeyframeImages(input.run, input.recording, cache);
 }
 
 // The images of the run's keyframes; nothing where the map is made without them.
-std::optional<RecordedViews> OpenViews(const MapInput& input, const OdometryRun& run) {
-  if (HasImages(input, run)) return ViewsOfRun(run, input.recording);
+std::optional<RecordedViews> OpenViews(const MapInput& input, const OdometryRun& run,
+                                       const SharedImageCache& cache) {
+  if (HasImages(input, run)) return ViewsOfRun(run, input.recording, cache);
   if (!input.sparse && !run.keyframes.empty()) {
     spdlog::warn("{}: a run {} is mapped from its landmarks alone", input.name,
                  run.source ? "of one camera" : "that does not say where its images are");
@@ -425,13 +428,15 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
   OdometryRun& run = input.run;
   // Of one that was cut off, or of an earlier version.
   if (!run.verdict && run.method != kExternalPoses) run.verdict = JudgeRun(run, VerdictOptions());
-  const auto given = AdjustGiven(options.given_poses, progress.Part(0, kAdjustedUntil), &input);
-  const auto images = ImagesOfRevisits(input, options.adjustment);
+  const auto cache = std::make_shared<ImageCache>();
+  const auto given =
+      AdjustGiven(options.given_poses, cache, progress.Part(0, kAdjustedUntil), &input);
+  const auto images = ImagesOfRevisits(input, options.adjustment, cache);
   AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjustedUntil));
   const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
   // Images are rectified with the calibration that the adjustment found.
-  const std::optional<RecordedViews> recorded = OpenViews(input, adjusted.run);
+  const std::optional<RecordedViews> recorded = OpenViews(input, adjusted.run, cache);
   const StageStore store = recorded ? OpenStore(input, adjusted.run, options) : StageStore();
   MapResult map = MapRun(adjusted.run, recorded ? &*recorded : nullptr, options, store,
                          progress.Part(kAdjustedUntil, 1));

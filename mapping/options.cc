@@ -53,10 +53,7 @@ std::string MappingOptions::ToYaml() const {
   });
 }
 
-void MappingOptions::SetThreads(int threads) {
-  dense.threads = threads;
-  given_poses.threads = threads;
-}
+void MappingOptions::SetThreads(int threads) { dense.threads = threads; }
 
 void MappingOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& part) { part.Check(); });

@@ -1,9 +1,5 @@
 #include "apps/evaluation/line_gaps.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -27,45 +23,35 @@ double Angle(const PlySegment& segment, const Eigen::Vector3d& direction) {
   return LineAngle_rad(segment.end_world - segment.start_world, direction);
 }
 
-}  // namespace
-
-// Points along the segments, none further than half the spacing from a place on its segment.
-struct SegmentIndex::Tree {
-  explicit Tree(const std::vector<PlySegment>& segments) {
-    const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-    for (std::size_t i = 0; i < segments.size(); ++i) {
-      const Eigen::Vector3d along = segments[i].end_world - segments[i].start_world;
-      const double count = std::max(std::ceil(along.norm() / kSpacing_m), 1.0);
-      for (double k = 0.5; k < count; ++k) {
-        const Eigen::Vector3f p = (segments[i].start_world + k / count * along).cast<float>();
-        cloud->push_back({p.x(), p.y(), p.z()});
-        segment_of.push_back(i);
-      }
+// Points along the segments, none further than half the spacing from a place on its segment, and
+// which one each is of.
+std::vector<Eigen::Vector3f> PointsAlong(const std::vector<PlySegment>& segments,
+                                         std::vector<std::size_t>* segment_of) {
+  std::vector<Eigen::Vector3f> points;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const Eigen::Vector3d along = segments[i].end_world - segments[i].start_world;
+    const double count = std::max(std::ceil(along.norm() / kSpacing_m), 1.0);
+    for (double k = 0.5; k < count; ++k) {
+      points.push_back((segments[i].start_world + k / count * along).cast<float>());
+      segment_of->push_back(i);
     }
-    points.setInputCloud(cloud);
   }
-
-  pcl::KdTreeFLANN<pcl::PointXYZ> points{false};  // results need no order
-  std::vector<std::size_t> segment_of;            // by point
-};
-
-SegmentIndex::SegmentIndex(std::vector<PlySegment> segments) : segments_(std::move(segments)) {
-  if (!segments_.empty()) tree_ = std::make_unique<Tree>(segments_);
+  return points;
 }
 
-SegmentIndex::~SegmentIndex() = default;
+}  // namespace
+
+SegmentIndex::SegmentIndex(std::vector<PlySegment> segments)
+    : segments_(std::move(segments)), tree_(PointsAlong(segments_, &segment_of_)) {}
 
 std::optional<SegmentIndex::Match> SegmentIndex::Nearest(const Eigen::Vector3d& point,
                                                          const Eigen::Vector3d& direction,
                                                          double max_distance_m,
                                                          double max_angle_rad) const {
-  if (!tree_) return std::nullopt;
-  pcl::Indices found;
-  std::vector<float> squared_distances;
-  const Eigen::Vector3f p = point.cast<float>();
-  tree_->points.radiusSearch({p.x(), p.y(), p.z()}, max_distance_m + kSpacing_m / 2 + kRounding_m,
-                             found, squared_distances);
-  for (auto& index : found) index = static_cast<int>(tree_->segment_of[index]);
+  PointTree::Found near;
+  tree_.FindWithin(point.cast<float>(), max_distance_m + kSpacing_m / 2 + kRounding_m, &near);
+  std::vector<int>& found = near.items;
+  for (int& index : found) index = static_cast<int>(segment_of_[index]);
   // In the order of segments, so that the first of equally near ones is chosen.
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());

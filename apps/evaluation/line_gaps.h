@@ -2,13 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "apps/evaluation/truth.h"
 #include "data/io/map_line.h"
 #include "data/io/ply.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {
 
@@ -23,7 +23,6 @@ class SegmentIndex {
 
   // All segments must have an extent.
   explicit SegmentIndex(std::vector<PlySegment> segments);
-  ~SegmentIndex();
 
   // The nearest of the segments within both limits; distances are to the segment, not to its line.
   // `direction` has length 1.
@@ -31,9 +30,9 @@ class SegmentIndex {
                                double max_distance_m, double max_angle_rad) const;
 
  private:
-  struct Tree;
   std::vector<PlySegment> segments_;
-  std::unique_ptr<Tree> tree_;  // none without segments
+  std::vector<std::size_t> segment_of_;  // by point of the tree
+  PointTree tree_;
 };
 
 // Whether a line map keeps apart what is apart: the gaps of edges in open doorways, as of

@@ -1,9 +1,5 @@
 #include "apps/evaluation/straightness.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +8,7 @@
 
 #include "apps/evaluation/edge_straightness.h"
 #include "data/io/yaml.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -35,27 +32,28 @@ struct Neighbourhood {
   Vector3d normal;
 };
 
+std::vector<Eigen::Vector3f> PlacesFromFirst(const std::vector<Vector3d>& points) {
+  std::vector<Eigen::Vector3f> places;
+  for (const Vector3d& p : points) places.push_back((p - points.front()).cast<float>());
+  return places;
+}
+
 class Neighbourhoods {
  public:
   Neighbourhoods(const std::vector<Vector3d>& points, const FlatnessOptions& options)
-      : points_(points), options_(options), cloud_(pcl::make_shared<Cloud>()) {
-    for (const Vector3d& p : points) {
-      const Eigen::Vector3f f = (p - points.front()).cast<float>();
-      cloud_->push_back({f.x(), f.y(), f.z()});
-    }
-    tree_.setInputCloud(cloud_);
-  }
+      : points_(points), options_(options), places_(PlacesFromFirst(points)), tree_(places_) {}
 
   std::optional<Neighbourhood> Around(size_t point) {
-    tree_.radiusSearch((*cloud_)[point], options_.radius_m, found_, squared_m2_);
-    if (static_cast<int>(found_.size()) < options_.min_neighbours) return std::nullopt;
-    const size_t step = (found_.size() + options_.max_neighbours - 1) /
-                        static_cast<size_t>(options_.max_neighbours);
+    tree_.FindWithin(places_[point], options_.radius_m, &near_);
+    const std::vector<int>& found = near_.items;
+    if (static_cast<int>(found.size()) < options_.min_neighbours) return std::nullopt;
+    const size_t step =
+        (found.size() + options_.max_neighbours - 1) / static_cast<size_t>(options_.max_neighbours);
     Vector3d mean = Vector3d::Zero();
     Matrix3d products = Matrix3d::Zero();
     double count = 0;
-    for (size_t i = 0; i < found_.size(); i += step) {
-      const Vector3d offset = points_[static_cast<size_t>(found_[i])] - points_[point];
+    for (size_t i = 0; i < found.size(); i += step) {
+      const Vector3d offset = points_[static_cast<size_t>(found[i])] - points_[point];
       mean += offset;
       products += offset * offset.transpose();
       ++count;
@@ -69,13 +67,11 @@ class Neighbourhoods {
   }
 
  private:
-  using Cloud = pcl::PointCloud<pcl::PointXYZ>;
   const std::vector<Vector3d>& points_;
   const FlatnessOptions& options_;
-  Cloud::Ptr cloud_;
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree_;
-  pcl::Indices found_;
-  std::vector<float> squared_m2_;
+  const std::vector<Eigen::Vector3f> places_;
+  const PointTree tree_;
+  PointTree::Found near_;
 };
 
 double Entropy(const Neighbourhood& n) {

@@ -1,8 +1,5 @@
 #include "apps/evaluation/surface_metrics.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -13,6 +10,7 @@
 #include "apps/evaluation/report.h"
 #include "data/calibration/calibration.h"
 #include "data/io/ply.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -46,20 +44,14 @@ std::vector<Value> OfFilled(const std::vector<Value>& values, const EvaluatedClo
 std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points,
                               const std::vector<Eigen::Vector3d>& others) {
   if (others.empty()) return std::vector<double>(points.size(), HUGE_VAL);
-  const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const Eigen::Vector3d& p : others) {
-    cloud->push_back(
-        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
-  }
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(cloud);
+  std::vector<Eigen::Vector3f> places;
+  for (const Eigen::Vector3d& p : others) places.push_back(p.cast<float>());
+  const PointTree tree(places);
   std::vector<double> distances_m;
-  pcl::Indices found;
-  std::vector<float> squared_m2;
+  PointTree::Found found;
   for (const Eigen::Vector3d& point : points) {
-    const Eigen::Vector3f p = point.cast<float>();
-    tree.nearestKSearch({p.x(), p.y(), p.z()}, 1, found, squared_m2);
-    distances_m.push_back(std::sqrt(static_cast<double>(squared_m2.front())));
+    tree.FindNearest(point.cast<float>(), 1, &found);
+    distances_m.push_back(std::sqrt(static_cast<double>(found.squared_m2.front())));
   }
   return distances_m;
 }

@@ -72,30 +72,19 @@ constexpr Remedy kRemedies[] = {
      "taken"},
 };
 
-// A stamp as what MedianStep_s takes.
-struct Stamp {
-  int64_t stamp_ns;
-};
-
-std::vector<Stamp> CollectStamps(const SourceInfo& info) {
-  std::vector<Stamp> stamps;
-  for (const int64_t stamp_ns : info.pair_stamps_ns) stamps.push_back({stamp_ns});
-  return stamps;
-}
-
 // Adds rate, duration and gaps of the pairs.
 void CheckImageStamps(const SourceInfo& info, CheckReport* report) {
-  const std::vector<Stamp> stamps = CollectStamps(info);
-  const double step_s = MedianStep_s(stamps);
+  const std::vector<int64_t>& stamps_ns = info.pair_stamps_ns;
+  const double step_s = MedianStep_s(stamps_ns);
   report->AddFigure(IsStereo(info.rig) ? "stereo pairs" : "images",
-                    static_cast<double>(stamps.size()), "");
-  report->AddFigure("duration", ToSeconds(stamps.back().stamp_ns - stamps.front().stamp_ns), "s");
+                    static_cast<double>(stamps_ns.size()), "");
+  report->AddFigure("duration", ToSeconds(stamps_ns.back() - stamps_ns.front()), "s");
   if (step_s <= 0) return;
   report->AddFigure("image rate", 1 / step_s, "Hz");
   int gaps = 0;
   double longest_s = 0;
-  for (size_t i = 1; i < stamps.size(); ++i) {
-    const double gap_s = ToSeconds(stamps[i].stamp_ns - stamps[i - 1].stamp_ns);
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    const double gap_s = ToSeconds(stamps_ns[i] - stamps_ns[i - 1]);
     gaps += gap_s > kMaxImageGapSteps * step_s;
     longest_s = std::max(longest_s, gap_s);
   }

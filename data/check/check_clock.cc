@@ -24,14 +24,10 @@ struct TableGap {
 };
 
 std::vector<TableGap> FindGaps(const std::vector<int64_t>& stamps_ns) {
-  std::vector<double> steps_s;
-  for (size_t i = 1; i < stamps_ns.size(); ++i) {
-    steps_s.push_back(ToSeconds(stamps_ns[i] - stamps_ns[i - 1]));
-  }
-  const double usual_s = Median(steps_s);
+  const double usual_s = MedianStep_s(stamps_ns);
   std::vector<TableGap> gaps;
   for (size_t i = 1; i < stamps_ns.size(); ++i) {
-    const double beyond_s = steps_s[i - 1] - usual_s;
+    const double beyond_s = ToSeconds(stamps_ns[i] - stamps_ns[i - 1]) - usual_s;
     if (beyond_s < std::max(kClockGap_s, usual_s)) continue;
     gaps.push_back({stamps_ns[i - 1], stamps_ns[i], beyond_s});
   }

@@ -53,7 +53,7 @@ struct RenderTask {
 using PairRendererFactory = std::function<std::unique_ptr<PairRenderer>(const RenderTask&)>;
 
 // Calls make(i) for i = 0, 1, ... count - 1, each from one of `threads` threads that take them up
-// in this order, and progress(frames done so far) from the calling thread as they get done; no
+// in this order, and progress(frames done so far) from the calling thread, ten times a second; no
 // further frame is begun once progress returns false. Returns the number of frames made: these are
 // the first ones. A StoppedError of make ends the loop too, and its frame and those after it do not
 // count as made; any other exception ends the loop and is thrown on.

@@ -205,6 +205,14 @@ std::optional<ImuRow> ParseImuRow(int number, const std::vector<std::string_view
 
 }  // namespace
 
+double MedianStep_s(const std::vector<int64_t>& stamps_ns) {
+  std::vector<double> steps_s;
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    steps_s.push_back(ToSeconds(stamps_ns[i] - stamps_ns[i - 1]));
+  }
+  return Median(std::move(steps_s));
+}
+
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

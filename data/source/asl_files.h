@@ -140,22 +140,20 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
                                   std::vector<ClockJump>* jumps = nullptr);
 
-// The median step between sorted stamps in seconds, 0 with fewer than two. Elements have stamp_ns.
+// The median step between sorted stamps in seconds, 0 with fewer than two.
+double MedianStep_s(const std::vector<int64_t>& stamps_ns);
+
+// The same of elements that have stamp_ns.
 template <typename Stamped>
-double MedianStep_s(const std::vector<Stamped>& elements);
+double MedianStep_s(const std::vector<Stamped>& elements) {
+  std::vector<int64_t> stamps_ns;
+  for (const Stamped& element : elements) stamps_ns.push_back(element.stamp_ns);
+  return MedianStep_s(stamps_ns);
+}
 
 // Indices of the longest strictly rising subsequence, so that one absurd stamp costs one row.
 std::vector<size_t> LongestRising(const std::vector<int64_t>& stamps_ns);
 
 double Median(std::vector<double> values);  // 0 when empty
-
-template <typename Stamped>
-double MedianStep_s(const std::vector<Stamped>& elements) {
-  std::vector<double> steps_s;
-  for (size_t i = 1; i < elements.size(); ++i) {
-    steps_s.push_back(ToSeconds(elements[i].stamp_ns - elements[i - 1].stamp_ns));
-  }
-  return Median(std::move(steps_s));
-}
 
 }  // namespace slcmap::data

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "mapping/views/view_matches.h"
@@ -100,7 +99,7 @@ class PointSearch {
     }
   }
 
-  std::vector<Closure> Find(const Progress& progress) {
+  std::vector<Closure> Find(const Progress& progress) const {
     std::vector<Closure> closures;
     double searched_m = -kMinNewPath_m;
     int segment = -1;
@@ -112,9 +111,13 @@ class PointSearch {
       }
       if (path_m_[newer] - searched_m < kMinNewPath_m) continue;
       const auto older = MostAlike(newer);
-      if (!older || GetImage(newer).empty()) continue;
+      if (!older) continue;
+      const cv::Mat newer_image = images_.Read(newer).left;
+      if (newer_image.empty()) continue;
       searched_m = path_m_[newer];
-      if (auto closure = Compare(*older, newer)) closures.push_back(std::move(*closure));
+      if (auto closure = Compare(*older, newer, newer_image)) {
+        closures.push_back(std::move(*closure));
+      }
     }
     return Thinned(Confirmed(closures));
   }
@@ -178,14 +181,6 @@ class PointSearch {
     return best;
   }
 
-  cv::Mat GetImage(size_t frame) {
-    constexpr size_t kKept = 8;
-    const auto known = kept_.find(frame);
-    if (known != kept_.end()) return known->second;
-    if (kept_.size() >= kKept) kept_.clear();
-    return kept_.emplace(frame, images_.Read(frame).left).first->second;
-  }
-
   // How offsets about a point's place in the older image look in the newer one, for a surface that
   // faces the older camera.
   std::optional<PatchWarp> ComputeWarp(const Vector3d& p_older,
@@ -205,7 +200,8 @@ class PointSearch {
   }
 
   // Where a point that the older keyframe sees may be in the newer one.
-  std::vector<Vector2d> Search(size_t older, size_t index, size_t newer, const Vector3d& p_world) {
+  std::vector<Vector2d> Search(size_t older, size_t index, size_t newer, const cv::Mat& older_image,
+                               const cv::Mat& newer_image, const Vector3d& p_world) const {
     const PosedView &from = views_[older], &to = views_[newer];
     const Vector3d p_older = from.T_world_camera.Inverse() * p_world;
     if (p_older.z() < kMinClosureDepth_m) return {};
@@ -221,7 +217,7 @@ class PointSearch {
     const Vector2d from_px = pixels_.DistortToPixel(pixels_.True(from.places[index]));
     std::vector<Vector2d> places;
     for (const Eigen::Vector2f& px :
-         SearchPatch(GetImage(older), from_px.cast<float>(), GetImage(newer), *warp,
+         SearchPatch(older_image, from_px.cast<float>(), newer_image, *warp,
                      std::min(within_px, kMaxSearch_px), search)) {
       places.push_back(pixels_.UnprojectToPlane(px.cast<double>()));
     }
@@ -248,8 +244,9 @@ class PointSearch {
     return vote;
   }
 
-  std::optional<Closure> Compare(size_t older, size_t newer) {
-    if (GetImage(older).empty()) return std::nullopt;
+  std::optional<Closure> Compare(size_t older, size_t newer, const cv::Mat& newer_image) const {
+    const cv::Mat older_image = images_.Read(older).left;
+    if (older_image.empty()) return std::nullopt;
     std::vector<ShiftVote> votes;
     std::vector<PointMatch> matches;  // a row an alternative of each vote
     std::vector<size_t> first_match;
@@ -257,7 +254,8 @@ class PointSearch {
       const size_t point = views_[older].points[i];
       if (IsTracked(point, newer)) continue;
       const Vector3d& p_world = points_world_[point];
-      const std::vector<Vector2d> places = Search(older, i, newer, p_world);
+      const std::vector<Vector2d> places =
+          Search(older, i, newer, older_image, newer_image, p_world);
       if (places.empty()) continue;
       votes.push_back(MakeVote(views_[newer], p_world, places));
       first_match.push_back(matches.size());
@@ -314,7 +312,6 @@ class PointSearch {
   const std::vector<double> path_m_;
   const std::vector<PosedView> views_;
   std::vector<Vector3d> points_world_;
-  std::map<size_t, cv::Mat> kept_;  // images by keyframe
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <set>
 #include <utility>
 
+#include "data/core/parallel.h"
 #include "mapping/building/horizontal_planes.h"
 #include "mapping/building/wall_lines.h"
 #include "mapping/building/walls.h"
-#include "mapping/map/parallel.h"
 
 namespace slcmap::inline mapping {
 namespace {

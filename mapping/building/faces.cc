@@ -7,9 +7,9 @@
 #include <set>
 
 #include "data/core/math.h"
+#include "data/core/parallel.h"
 #include "mapping/building/face_fit.h"
 #include "mapping/building/face_surface.h"
-#include "mapping/map/parallel.h"
 
 namespace slcmap::inline mapping {
 namespace {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "data/core/error.h"
+#include "data/core/parallel.h"
 #include "mapping/dense/depth_fusion.h"
 #include "mapping/map/parallel.h"
 #include "mapping/map/rays.h"

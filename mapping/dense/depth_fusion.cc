@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 #include "mapping/views/stereo_depth.h"
 
 namespace slcmap::inline mapping {

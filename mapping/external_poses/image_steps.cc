@@ -11,7 +11,7 @@
 #include "data/check/view_geometry.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 #include "mapping/views/recorded_views.h"
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"

@@ -294,7 +294,7 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
   if (!options.adjust) return std::nullopt;
   const Rig& rig = images.rig();
   const std::vector<std::vector<ViewPoint>> points =
-      PointsOfViews(given.views, images, options, progress.Part(0, kPoints));
+      PointsOfViews(given.views, images, progress.Part(0, kPoints));
   const Progress moving = progress.Part(kPoints, 1);
   AdjustedViews adjusted{given.views, {}, {}};
   ExternalPoseFigures& figures = adjusted.figures;

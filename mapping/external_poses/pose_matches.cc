@@ -1,15 +1,13 @@
 #include "mapping/external_poses/pose_matches.h"
 
 #include <algorithm>
-#include <functional>
-#include <mutex>
 #include <optional>
 #include <ranges>
 #include <utility>
 
 #include "data/core/error.h"
+#include "data/core/parallel.h"
 #include "data/io/yaml.h"
-#include "mapping/map/parallel.h"
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
@@ -48,6 +46,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kMinPoints = 12;     // of a pair of views
+constexpr size_t kAtOnce = 8;      // views, between which it may be ended
 constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same, and take memory
 
 // How far two views are from each other, for what they see in common: a metre counts as a radian.
@@ -97,23 +96,6 @@ std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
   return matches;
 }
 
-void ForEachView(const Views& views, const ExternalPoseOptions& options, const Progress& progress,
-                 const std::function<void(size_t)>& work) {
-  std::mutex reporting;
-  size_t done = 0;
-  bool stopped = false;
-  ParallelFor(0, views.size(), options.threads, [&](size_t view) {
-    {
-      const std::lock_guard lock(reporting);
-      if (stopped) return;
-    }
-    work(view);
-    const std::lock_guard lock(reporting);
-    stopped |= !progress.Report(static_cast<double>(++done) / static_cast<double>(views.size()));
-  });
-  if (stopped) throw StoppedError("interrupted");
-}
-
 }  // namespace
 
 std::optional<Vector2d> OffMatch_px(const PoseMatch& match, const Views& views, const Rig& rig) {
@@ -125,11 +107,10 @@ std::optional<Vector2d> OffMatch_px(const PoseMatch& match, const Views& views, 
 }
 
 std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
-                                                  const ExternalPoseOptions& options,
                                                   const Progress& progress) {
   std::vector<std::vector<ViewPoint>> points(views.size());
-  ForEachView(views, options, progress,
-              [&](size_t view) { points[view] = PointsOfView(images.Read(view), images); });
+  const auto find = [&](size_t view) { points[view] = PointsOfView(images.Read(view), images); };
+  if (!ForEachWatched(views.size(), progress, find, kAtOnce)) throw StoppedError("interrupted");
   return points;
 }
 
@@ -138,9 +119,10 @@ std::vector<PoseMatch> MatchViews(const Views& views,
                                   const ViewImages& images, const ExternalPoseOptions& options,
                                   const Progress& progress) {
   std::vector<std::vector<PoseMatch>> of_views(views.size());
-  ForEachView(views, options, progress, [&](size_t view) {
+  const auto match = [&](size_t view) {
     of_views[view] = FindMatches(view, views, points[view], images, options);
-  });
+  };
+  if (!ForEachWatched(views.size(), progress, match, kAtOnce)) throw StoppedError("interrupted");
   std::vector<PoseMatch> matches;
   for (const std::vector<PoseMatch>& of_view : of_views) {
     matches.insert(matches.end(), of_view.begin(), of_view.end());

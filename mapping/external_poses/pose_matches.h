@@ -31,7 +31,6 @@ struct ExternalPoseOptions {
   double max_travel_m = 1.5, max_turn_rad = 0.5;  // to them
   int rounds = 2;                                 // of looking for points, and adjusting
   int max_iterations = 20;
-  int threads = 2;     // results are the same with any, so files do not hold it
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 };
@@ -51,7 +50,6 @@ std::optional<Eigen::Vector2d> OffMatch_px(const PoseMatch& match, const Views& 
 // Corners of each view with their depth. The same on any number of threads. Throws StoppedError
 // when progress says so.
 std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
-                                                  const ExternalPoseOptions& options,
                                                   const Progress& progress);
 
 // Points of each view (PointsOfViews) looked for in the nearest views that look at about the same,

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <opencv2/core/utility.hpp>
 #include <utility>
 
+#include "data/core/parallel.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_merging.h"
@@ -159,10 +159,8 @@ std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<
   for (const auto& [key, all] : groups) {
     const BuildingAxis& axis = axes[key.first];
     const DeviationModel model(axis.sigma_rad, options);
-    cv::parallel_for_({0, static_cast<int>(all.size())}, [&](const cv::Range& range) {
-      for (int i = range.start; i < range.end; ++i) {
-        priors[all[i].line] = Predict(all[i], all, axis, model, options.max_neighbours);
-      }
+    ParallelFor(all.size(), [&](size_t i) {
+      priors[all[i].line] = Predict(all[i], all, axis, model, options.max_neighbours);
     });
   }
   return priors;
@@ -348,27 +346,21 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
                   const Progress& progress) {
   constexpr int kAtOnce = 4;  // views in memory
   const ViewCameras cameras(views, images.rig());
-  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
-    for (int k = range.start; k < range.end; ++k) {
-      StartBins(options.intervals, &(*lines)[k]);
-      LimitDepths(views, cameras, depths, options, &(*lines)[k]);
-    }
+  ParallelFor(lines->size(), [&](size_t k) {
+    StartBins(options.intervals, &(*lines)[k]);
+    LimitDepths(views, cameras, depths, options, &(*lines)[k]);
   });
   const auto count = static_cast<int>(views.size());
   for (int first = 0; first < count; first += kAtOnce) {
     if (!progress.Report(static_cast<double>(first) / count)) return;
     const int some = std::min(kAtOnce, count - first);
     std::vector<StereoImage> pairs(some);
-    cv::parallel_for_({0, some}, [&](const cv::Range& range) {
-      for (int i = range.start; i < range.end; ++i) pairs[i] = images.Read(first + i);
-    });
-    cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
-      for (int k = range.start; k < range.end; ++k) {
-        TrackedLine& line = (*lines)[k];
-        for (int i = 0; i < some; ++i) {
-          if (views[first + i].segment != line.segment) continue;
-          LookForLine(first + i, pairs[i], images, cameras, depths, options, &line);
-        }
+    ParallelFor(some, [&](size_t i) { pairs[i] = images.Read(first + i); });
+    ParallelFor(lines->size(), [&](size_t k) {
+      TrackedLine& line = (*lines)[k];
+      for (int i = 0; i < some; ++i) {
+        if (views[first + i].segment != line.segment) continue;
+        LookForLine(first + i, pairs[i], images, cameras, depths, options, &line);
       }
     });
   }
@@ -404,11 +396,8 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
               const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
   std::vector<char> holds(lines->size());
-  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
-    for (int k = range.start; k < range.end; ++k) {
-      holds[k] = FitToViews(cameras, axes, options, &(*lines)[k]);
-    }
-  });
+  ParallelFor(lines->size(),
+              [&](size_t k) { holds[k] = FitToViews(cameras, axes, options, &(*lines)[k]); });
   std::vector<TrackedLine> kept;
   for (size_t k = 0; k < lines->size(); ++k) {
     if (holds[k]) kept.push_back(std::move((*lines)[k]));
@@ -434,15 +423,13 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
                         const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
   const auto priors = PriorsByNeighbours(*lines, axes, options.neighbours);
-  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
-    for (int k = range.start; k < range.end; ++k) {
-      TrackedLine& line = (*lines)[k];
-      if (!priors[k]) continue;
-      const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
-      if (!fit || !ComputeLimits(line, options).Hold(*fit)) continue;
-      // By more only where lines were merged that are not one.
-      if (Moved_m(line, *fit) <= options.merging.max_distance_m) MoveTo(*fit, &line);
-    }
+  ParallelFor(lines->size(), [&](size_t k) {
+    TrackedLine& line = (*lines)[k];
+    if (!priors[k]) return;
+    const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
+    if (!fit || !ComputeLimits(line, options).Hold(*fit)) return;
+    // By more only where lines were merged that are not one.
+    if (Moved_m(line, *fit) <= options.merging.max_distance_m) MoveTo(*fit, &line);
   });
 }
 

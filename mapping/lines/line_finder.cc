@@ -4,8 +4,8 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "data/core/parallel.h"
 #include "data/source/asl_files.h"
-#include "mapping/map/parallel.h"
 #include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_triangulation.h"
@@ -107,9 +107,7 @@ void LineFinder::LookAt(int view) {
   const std::vector<SweepImage> images =
       ImagesAround(window_, view, views_, cameras_, options_.sweep);
   std::vector<std::optional<TrackedLine>> found(segments.size());
-  // Not by cv::parallel_for_(), which runs on one thread while OpenCV reads the next views on
-  // others.
-  ParallelFor(0, segments.size(), cv::getNumThreads(), [&](size_t i) {
+  ParallelFor(segments.size(), [&](size_t i) {
     if (explained[i]) return;
     const std::optional<Hypothesis> hypothesis = Sweep(segments[i], view, images);
     if (hypothesis) found[i] = Accept(*hypothesis, view, images);

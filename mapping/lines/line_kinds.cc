@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "data/core/math.h"
+#include "data/core/parallel.h"
 #include "mapping/lines/line_fit.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -15,22 +16,19 @@ constexpr double kCell_m = 0.5;
 }  // namespace
 
 void LineCells::Add(int line) {
-  for (const Cell& cell : FindCells(line)) members_[cell].push_back(line);
-}
-
-size_t LineCells::CellHash::operator()(const Cell& cell) const {
-  uint64_t hash = 0;
-  for (const int64_t at : cell) {
-    hash = (hash ^ static_cast<uint64_t>(at)) * 0x9e3779b97f4a7c15;  // Knuth's golden ratio
-    hash ^= hash >> 32;
-  }
-  return hash;
+  for (const Eigen::Vector3i& cell : FindCells(line)) members_[MakeKey(cell)].push_back(line);
 }
 
 std::vector<int> LineCells::Near(int line) const {
+  std::vector<int64_t> keys;
+  for (const Eigen::Vector3i& cell : FindCells(line)) {
+    for (int i = 0; i < kCubesAround; ++i) keys.push_back(MakeKey(CubeAround(cell, i)));
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   std::vector<int> near;
-  for (const Cell& cell : CellsAround(line)) {
-    const auto found = members_.find(cell);
+  for (const int64_t key : keys) {
+    const auto found = members_.find(key);
     if (found == members_.end()) continue;
     near.insert(near.end(), found->second.begin(), found->second.end());
   }
@@ -39,31 +37,14 @@ std::vector<int> LineCells::Near(int line) const {
   return near;
 }
 
-std::vector<LineCells::Cell> LineCells::CellsAround(int line) const {
-  std::vector<Cell> around;
-  for (const Cell& cell : FindCells(line)) {
-    for (int64_t dx = -1; dx <= 1; ++dx) {
-      for (int64_t dy = -1; dy <= 1; ++dy) {
-        for (int64_t dz = -1; dz <= 1; ++dz) {
-          around.push_back({cell[0] + dx, cell[1] + dy, cell[2] + dz});
-        }
-      }
-    }
-  }
-  std::sort(around.begin(), around.end());
-  around.erase(std::unique(around.begin(), around.end()), around.end());
-  return around;
-}
-
-std::vector<LineCells::Cell> LineCells::FindCells(int index) const {
+std::vector<Eigen::Vector3i> LineCells::FindCells(int index) const {
   const TrackedLine& line = lines_[index];
-  std::vector<Cell> cells;
+  std::vector<Eigen::Vector3i> cells;
   for (const Interval& interval : line.intervals) {
     for (double along_m = interval.from_m;; along_m += kCell_m) {
       const Eigen::Vector3d p =
           line.line.point_world + std::min(along_m, interval.to_m) * line.line.direction_world;
-      const auto of = [](double x) { return static_cast<int64_t>(std::floor(x / kCell_m)); };
-      const Cell cell{of(p.x()), of(p.y()), of(p.z())};
+      const Eigen::Vector3i cell = FindCube(p, kCell_m);
       if (cells.empty() || cells.back() != cell) cells.push_back(cell);
       if (along_m >= interval.to_m) break;
     }
@@ -204,10 +185,8 @@ void CountParallels(double reach_m, std::vector<TrackedLine>* lines) {
   const auto count = static_cast<int>(lines->size());
   for (int i = 0; i < count; ++i) cells.Add(i);
   std::vector<int> parallels(lines->size());
-  cv::parallel_for_({0, count}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      parallels[i] = MedianCount((*lines)[i], Neighbours(*lines, cells, i, reach_m));
-    }
+  ParallelFor(count, [&](size_t i) {
+    parallels[i] = MedianCount((*lines)[i], Neighbours(*lines, cells, i, reach_m));
   });
   for (int i = 0; i < count; ++i) (*lines)[i].parallels = parallels[i];
 }

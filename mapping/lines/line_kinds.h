@@ -1,7 +1,7 @@
 // What a line is of, lines by where they are, and those that are one of many beside each other.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -25,15 +25,10 @@ class LineCells {
   std::vector<int> Near(int line) const;
 
  private:
-  using Cell = std::array<int64_t, 3>;
-  struct CellHash {
-    size_t operator()(const Cell& cell) const;
-  };
-  std::vector<Cell> FindCells(int line) const;
-  std::vector<Cell> CellsAround(int line) const;  // and their neighbours, each once
+  std::vector<Eigen::Vector3i> FindCells(int line) const;
 
   const std::vector<TrackedLine>& lines_;
-  std::unordered_map<Cell, std::vector<int>, CellHash> members_;
+  std::unordered_map<int64_t, std::vector<int>> members_;  // by the key of a cell
 };
 
 // By the surfaces beside it: an edge where they end or bend. What is on a flat surface is the

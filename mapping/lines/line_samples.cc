@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 #include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 

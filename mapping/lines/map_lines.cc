@@ -5,11 +5,11 @@
 #include <iterator>
 #include <map>
 #include <numeric>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <span>
 #include <tuple>
 
+#include "data/core/parallel.h"
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
@@ -296,10 +296,8 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAgain(views, images.rig(), axes, options, &lines);
   LookAgain(views, images, depths, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
-  cv::parallel_for_({0, static_cast<int>(lines.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
-    }
+  ParallelFor(lines.size(), [&](size_t i) {
+    lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
   });
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);

@@ -1,8 +1,5 @@
 #include "mapping/map/landmarks.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -65,21 +62,18 @@ double Share(std::size_t done, std::size_t all) {
 // progress says so. Not PCL's own filter, which cannot be ended early.
 std::vector<float> NeighbourDistances(const std::vector<MapPoint>& points, int count,
                                       const Progress& progress) {
-  const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const MapPoint& point : points) {
-    const Eigen::Vector3f p = point.p_world.cast<float>();
-    cloud->push_back({p.x(), p.y(), p.z()});
-  }
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(cloud);
+  std::vector<Eigen::Vector3f> places;
+  for (const MapPoint& point : points) places.push_back(point.p_world.cast<float>());
+  const PointTree tree(places);
   std::vector<float> distances_m;
-  pcl::Indices found;
-  std::vector<float> squared_m2;
+  PointTree::Found found;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (i % kReportEvery == 0 && !progress.Report(Share(i, points.size()))) break;
-    tree.nearestKSearch((*cloud)[i], count + 1, found, squared_m2);  // the first is itself
+    tree.FindNearest(places[i], count + 1, &found);  // the first is itself
     double sum_m = 0;
-    for (std::size_t k = 1; k < squared_m2.size(); ++k) sum_m += std::sqrt(squared_m2[k]);
+    for (std::size_t k = 1; k < found.squared_m2.size(); ++k) {
+      sum_m += std::sqrt(found.squared_m2[k]);
+    }
     distances_m.push_back(static_cast<float>(sum_m / count));
   }
   return distances_m;

@@ -6,31 +6,52 @@
 
 namespace slcmap::inline mapping {
 
-struct DenseIndex::Tree {
+struct PointTree::Tree {
   pcl::KdTreeFLANN<pcl::PointXYZ> search;
 };
 
-DenseIndex::DenseIndex(const std::vector<DensePoint>& cloud) {
-  if (cloud.empty()) return;
-  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const DensePoint& point : cloud) {
-    const Eigen::Vector3f p = point.p_world.cast<float>();
-    points->push_back({p.x(), p.y(), p.z()});
-  }
+PointTree::PointTree(const std::vector<Eigen::Vector3f>& points) {
+  if (points.empty()) return;
+  const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const Eigen::Vector3f& p : points) cloud->push_back({p.x(), p.y(), p.z()});
   auto tree = std::make_unique<Tree>();
-  tree->search.setInputCloud(points);
+  tree->search.setInputCloud(cloud);
   tree_ = std::move(tree);
 }
 
-DenseIndex::~DenseIndex() = default;
+PointTree::~PointTree() = default;
+
+void PointTree::FindNearest(const Eigen::Vector3f& p, int count, Found* found) const {
+  found->items.clear();
+  found->squared_m2.clear();
+  if (!tree_) return;
+  tree_->search.nearestKSearch({p.x(), p.y(), p.z()}, count, found->items, found->squared_m2);
+}
+
+void PointTree::FindWithin(const Eigen::Vector3f& p, double radius_m, Found* found) const {
+  found->items.clear();
+  found->squared_m2.clear();
+  if (!tree_) return;
+  tree_->search.radiusSearch({p.x(), p.y(), p.z()}, radius_m, found->items, found->squared_m2);
+}
+
+namespace {
+
+std::vector<Eigen::Vector3f> DensePlaces(const std::vector<DensePoint>& cloud) {
+  std::vector<Eigen::Vector3f> places;
+  for (const DensePoint& point : cloud) places.push_back(point.p_world.cast<float>());
+  return places;
+}
+
+}  // namespace
+
+DenseIndex::DenseIndex(const std::vector<DensePoint>& cloud) : tree_(DensePlaces(cloud)) {}
 
 void DenseIndex::Find(const Eigen::Vector3d& p_world, double radius_m,
                       std::vector<int>* found) const {
-  found->clear();
-  if (!tree_) return;
-  const Eigen::Vector3f p = p_world.cast<float>();
-  std::vector<float> squared;
-  tree_->search.radiusSearch({p.x(), p.y(), p.z()}, radius_m, *found, squared);
+  PointTree::Found near;
+  tree_.FindWithin(p_world.cast<float>(), radius_m, &near);
+  *found = std::move(near.items);
 }
 
 }  // namespace slcmap::mapping

@@ -65,20 +65,38 @@ class PointIndex {
   std::unordered_map<int64_t, std::vector<Entry>> cubes_;
 };
 
+// Points by PCL's k-d tree.
+
+class PointTree {
+ public:
+  explicit PointTree(const std::vector<Eigen::Vector3f>& points);
+  ~PointTree();
+
+  // Indices of points, the nearest first.
+  struct Found {
+    std::vector<int> items;
+    std::vector<float> squared_m2;
+  };
+  void FindNearest(const Eigen::Vector3f& p, int count, Found* found) const;
+  void FindWithin(const Eigen::Vector3f& p, double radius_m, Found* found) const;
+
+ private:
+  // Whoever includes this has no need of PCL: it is no dependency of the installed package.
+  struct Tree;
+  std::unique_ptr<const Tree> tree_;  // null where there are no points
+};
+
 // The points of a dense cloud about a place.
 
 class DenseIndex {
  public:
   explicit DenseIndex(const std::vector<DensePoint>& cloud);
-  ~DenseIndex();
 
   // The indices of those within radius_m of a place (world, m), the nearest first.
   void Find(const Eigen::Vector3d& p_world, double radius_m, std::vector<int>* found) const;
 
  private:
-  // Whoever includes this has no need of PCL: it is no dependency of the installed package.
-  struct Tree;
-  std::unique_ptr<const Tree> tree_;  // null where the cloud is empty
+  PointTree tree_;
 };
 
 }  // namespace slcmap::mapping

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "data/core/parallel.h"
 #include "mapping/building/free_space.h"
-#include "mapping/map/parallel.h"
 #include "mapping/map/point_index.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/plane_views.h"
@@ -257,42 +257,30 @@ std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& 
 std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
                                               const std::vector<BoundedPlane>& planes,
                                               const WatchingViews& watching,
-                                              const PlaneOptions& options, int threads,
+                                              const PlaneOptions& options,
                                               const Progress& progress) {
   PointIndex index(kIndex_m);
   for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
   std::vector<std::vector<DensePoint>> filled(planes.size());
-  constexpr size_t kAtOnce = 8;  // planes, between which it may be ended
-  for (size_t begin = 0; begin < planes.size(); begin += kAtOnce) {
-    if (!progress.Report(static_cast<double>(begin) / static_cast<double>(planes.size()))) {
-      return {};
-    }
-    ParallelFor(begin, std::min(planes.size(), begin + kAtOnce), threads, [&](size_t i) {
-      filled[i] = Filled(planes[i], measured, index, watching, options);
-    });
-  }
+  const auto fill = [&](size_t i) {
+    filled[i] = Filled(planes[i], measured, index, watching, options);
+  };
+  if (!ForEachWatched(planes.size(), progress, fill, 8)) return {};
   return filled;
 }
 
 // Of points those that some view sees. None once progress says so.
 std::vector<DensePoint> SelectSeen(const std::vector<DensePoint>& points,
-                                   const WatchingViews& watching, int threads,
-                                   const Progress& progress) {
-  constexpr size_t kJob = 200, kAtOnce = 2000;  // points
+                                   const WatchingViews& watching, const Progress& progress) {
+  constexpr size_t kJob = 200;  // points
   std::vector<char> is_seen(points.size());
-  for (size_t begin = 0; begin < points.size(); begin += kAtOnce) {
-    if (!progress.Report(static_cast<double>(begin) / static_cast<double>(points.size()))) {
-      return {};
+  const auto look = [&](size_t job) {
+    std::vector<PlaneWatch> watches = watching.Watches();
+    for (size_t i = job * kJob; i < std::min(points.size(), (job + 1) * kJob); ++i) {
+      is_seen[i] = AnySees(&watches, points[i].p_world, points[i].normal_world) ? 1 : 0;
     }
-    const size_t end = std::min(points.size(), begin + kAtOnce);
-    ParallelFor(0, (end - begin + kJob - 1) / kJob, threads, [&](size_t job) {
-      std::vector<PlaneWatch> watches = watching.Watches();
-      const size_t first = begin + job * kJob;
-      for (size_t i = first; i < std::min(end, first + kJob); ++i) {
-        is_seen[i] = AnySees(&watches, points[i].p_world, points[i].normal_world) ? 1 : 0;
-      }
-    });
-  }
+  };
+  if (!ForEachWatched((points.size() + kJob - 1) / kJob, progress, look, 10)) return {};
   std::vector<DensePoint> seen;
   for (size_t i = 0; i < points.size(); ++i) {
     if (is_seen[i]) seen.push_back(points[i]);
@@ -303,18 +291,17 @@ std::vector<DensePoint> SelectSeen(const std::vector<DensePoint>& points,
 }  // namespace
 
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
-                                   int threads, const Progress& progress) {
+                                   const Progress& progress) {
   options.Check();
   const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
   if (planes.empty()) return {};
   WatchingViews watching(measured.watchers, options);
   watching.AddHiding(measured.dense, measured.voxel_m, progress.Part(0, kMeasuredSeen));
-  const std::vector<DensePoint> filled = FirstOfEach(FillEach(
-      measured, planes, watching, options, threads, progress.Part(kMeasuredSeen, kFilledUntil)));
+  const std::vector<DensePoint> filled = FirstOfEach(
+      FillEach(measured, planes, watching, options, progress.Part(kMeasuredSeen, kFilledUntil)));
   // A blank wall, which is not measured, hides the rooms behind it.
   watching.AddHiding(filled, options.cell_m, progress.Part(kFilledUntil, kFilledSeen));
-  std::vector<DensePoint> seen =
-      SelectSeen(filled, watching, threads, progress.Part(kFilledSeen, 1));
+  std::vector<DensePoint> seen = SelectSeen(filled, watching, progress.Part(kFilledSeen, 1));
   if (!progress.Report(1)) return {};
   return seen;
 }

@@ -38,6 +38,6 @@ struct MeasuredBuilding {
 // filled at the heights of their storey (see StoreyPlanes). The same with any number of threads.
 // Once progress says so, there are none.
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
-                                   int threads, const Progress& progress = {});
+                                   const Progress& progress = {});
 
 }  // namespace slcmap::mapping

@@ -1,10 +1,5 @@
 #include "mapping/surfaces/plane_views.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/memory.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -96,12 +91,12 @@ constexpr double kMinFacing = 0.7;                             // cosine between
 constexpr double kLeastBehind_m = 0.045, kMostBehind_m = 0.4;  // of leaves and panes behind a wall
 
 // In the axes of the plane, from its first corner: small numbers, which the tree holds as floats.
-pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
+Eigen::Vector3f Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
   return {static_cast<float>(grid.u.dot(p) - grid.from_u_m),
           static_cast<float>(grid.v.dot(p) - grid.from_v_m), 0};
 }
 
-using Places = pcl::PointCloud<pcl::PointXYZ>;
+using Places = std::vector<Eigen::Vector3f>;
 
 // Places of a line that lies in the plane, at its border, where it meets others: there the plane is
 // on the inner side. Of lines elsewhere, as those around a pane, nobody knows on which side it is.
@@ -117,38 +112,27 @@ void AddBorderPlaces(const PlaneGrid& grid, const MapLine& line, double max_offs
   const Eigen::Vector3d way = line.end_world - line.start_world;
   const int count = static_cast<int>(way.norm() / grid.cell_m) + 1;
   for (int i = 0; i < count; ++i) {
-    const pcl::PointXYZ place = Along(grid, line.start_world + (i + 0.5) / count * way);
-    const float from_border_m = std::min({place.x, place.y, width_m - place.x, height_m - place.y});
+    const Eigen::Vector3f place = Along(grid, line.start_world + (i + 0.5) / count * way);
+    const float from_border_m =
+        std::min({place.x(), place.y(), width_m - place.x(), height_m - place.y()});
     if (std::abs(from_border_m) < kBorder_m) places->push_back(place);
   }
 }
 
+// To the nearest of the places, whose index is found's first; none where there are none.
+std::optional<double> Nearest_m(const PointTree& tree, const Eigen::Vector3f& place,
+                                PointTree::Found* found) {
+  tree.FindNearest(place, 1, found);
+  if (found->items.empty()) return std::nullopt;
+  return std::sqrt(static_cast<double>(found->squared_m2.front()));
+}
+
 }  // namespace
-
-struct MeasuredAround::Tree {
-  explicit Tree(const Places::Ptr& of) : count(std::ssize(*of)) {
-    if (count > 0) places.setInputCloud(of);
-  }
-
-  // The nearest of them; none where there are none.
-  std::optional<std::pair<pcl::PointXYZ, double>> Nearest(const pcl::PointXYZ& place) const {
-    if (count == 0) return std::nullopt;
-    pcl::Indices found;
-    std::vector<float> squares_m2;
-    places.nearestKSearch(place, 1, found, squares_m2);
-    return std::pair((*places.getInputCloud())[found.front()],
-                     std::sqrt(static_cast<double>(squares_m2.front())));
-  }
-
-  const int64_t count;
-  pcl::KdTreeFLANN<pcl::PointXYZ> places;
-};
 
 MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
                                const std::vector<MapLine>& lines, const PlaneOptions& options)
     : grid_(grid), cloud_(cloud), options_(options) {
-  const auto places = pcl::make_shared<Places>(), in_plane = pcl::make_shared<Places>(),
-             off_plane = pcl::make_shared<Places>(), behind = pcl::make_shared<Places>();
+  Places off_plane, behind;
   for (size_t i = 0; i < cloud.size(); ++i) {
     const DensePoint& point = cloud[i];
     if (point.source != DenseSource::kStereo || point.normal_world.dot(grid.normal) < kMinFacing) {
@@ -156,34 +140,30 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
     }
     const double before_m = grid.DistanceTo(point.p_world), offset_m = std::abs(before_m);
     if (before_m < -kLeastBehind_m && before_m > -kMostBehind_m) {
-      behind->push_back(Along(grid, point.p_world));
+      behind.push_back(Along(grid, point.p_world));
     }
     if (offset_m > options.beside_m) continue;
     beside_.push_back(i);
-    places->push_back(Along(grid, point.p_world));
+    places_.push_back(Along(grid, point.p_world));
     const bool is_in = offset_m <= options.max_offset_m;
-    (is_in ? in_plane : off_plane)->push_back(Along(grid, point.p_world));
+    (is_in ? in_plane_ : off_plane).push_back(Along(grid, point.p_world));
     grey_ += is_in ? point.grey : 0;
   }
-  grey_ /= static_cast<double>(std::max<size_t>(in_plane->size(), 1));
-  for (const MapLine& line : lines)
-    AddBorderPlaces(grid, line, options.max_offset_m, in_plane.get());
-  tree_ = std::make_unique<Tree>(places);
-  in_plane_ = std::make_unique<Tree>(in_plane);
-  off_plane_ = std::make_unique<Tree>(off_plane);
-  behind_ = std::make_unique<Tree>(behind);
+  grey_ /= static_cast<double>(std::max<size_t>(in_plane_.size(), 1));
+  for (const MapLine& line : lines) AddBorderPlaces(grid, line, options.max_offset_m, &in_plane_);
+  places_tree_ = std::make_unique<PointTree>(places_);
+  in_plane_tree_ = std::make_unique<PointTree>(in_plane_);
+  off_plane_tree_ = std::make_unique<PointTree>(off_plane);
+  behind_tree_ = std::make_unique<PointTree>(behind);
 }
-
-MeasuredAround::~MeasuredAround() = default;
 
 std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const {
   if (std::ssize(beside_) < options_.neighbours) return std::nullopt;
-  pcl::Indices found;
-  std::vector<float> squares_m2;
-  tree_->places.nearestKSearch(Along(grid_, grid_.At(column, row)), options_.neighbours, found,
-                               squares_m2);
+  PointTree::Found near;
+  places_tree_->FindNearest(Along(grid_, grid_.At(column, row)), options_.neighbours, &near);
+  const std::vector<int>& found = near.items;
   std::vector<double> offsets_m;
-  for (const auto i : found) {
+  for (const int i : found) {
     offsets_m.push_back(grid_.DistanceTo(cloud_[beside_[i]].p_world));
   }
   const double median_m = Quantile(offsets_m, 0.5);
@@ -196,25 +176,25 @@ std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const
     ++agreeing;
   }
   if (agreeing < options_.min_share * options_.neighbours) return std::nullopt;
-  const pcl::PointXYZ& nearest = (*tree_->places.getInputCloud())[found.front()];
-  around.nearest = Eigen::Vector2d(nearest.x, nearest.y) / grid_.cell_m;
-  around.nearest_m = std::sqrt(static_cast<double>(squares_m2.front()));
+  around.nearest = places_[found.front()].head<2>().cast<double>() / grid_.cell_m;
+  around.nearest_m = std::sqrt(static_cast<double>(near.squared_m2.front()));
   around.offset_m /= agreeing;
   around.grey /= agreeing;
   return around;
 }
 
 std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) const {
-  const pcl::PointXYZ place = Along(grid_, grid_.At(column, row));
-  const auto nearest = in_plane_->Nearest(place);
-  if (!nearest) return std::nullopt;
-  const auto other = off_plane_->Nearest(place);
-  if (other && other->second < options_.blank_clear_m) return std::nullopt;
-  const auto behind = behind_->Nearest(place);
-  if (behind && behind->second < nearest->second) return std::nullopt;
+  const Eigen::Vector3f place = Along(grid_, grid_.At(column, row));
+  PointTree::Found found, elsewhere;
+  const auto nearest_m = Nearest_m(*in_plane_tree_, place, &found);
+  if (!nearest_m) return std::nullopt;
+  const auto other_m = Nearest_m(*off_plane_tree_, place, &elsewhere);
+  if (other_m && *other_m < options_.blank_clear_m) return std::nullopt;
+  const auto behind_m = Nearest_m(*behind_tree_, place, &elsewhere);
+  if (behind_m && *behind_m < *nearest_m) return std::nullopt;
   SurfaceAround around;
-  around.nearest = Eigen::Vector2d(nearest->first.x, nearest->first.y) / grid_.cell_m;
-  around.nearest_m = nearest->second;
+  around.nearest = in_plane_[found.items.front()].head<2>().cast<double>() / grid_.cell_m;
+  around.nearest_m = *nearest_m;
   around.grey = grey_;
   return around;
 }

@@ -11,6 +11,7 @@
 #include "mapping/lines/line_samples.h"
 #include "mapping/map/building.h"
 #include "mapping/map/map.h"
+#include "mapping/map/point_index.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/options.h"
 #include "mapping/views/view.h"
@@ -57,7 +58,6 @@ class MeasuredAround {
   // outlive it.
   MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
                  const std::vector<MapLine>& lines, const PlaneOptions& options);
-  ~MeasuredAround();
 
   // The surface that most of the nearest points are on; none where they are on several.
   std::optional<SurfaceAround> At(double column, double row) const;
@@ -67,16 +67,15 @@ class MeasuredAround {
   std::optional<SurfaceAround> OnPlane(double column, double row) const;
 
  private:
-  struct Tree;
-
   const PlaneGrid& grid_;
   const std::vector<DensePoint>& cloud_;
   const PlaneOptions options_;
   std::vector<size_t> beside_;
   double grey_ = 0;  // of the points in the plane, in the mean
-  // Of places along the plane: of all points beside it, of what is in it, of points off it, of
-  // those well behind it.
-  std::unique_ptr<Tree> tree_, in_plane_, off_plane_, behind_;
+  // Along the plane: of all points beside it, of what is in it, of points off it, of those well
+  // behind it.
+  std::vector<Eigen::Vector3f> places_, in_plane_;
+  std::unique_ptr<const PointTree> places_tree_, in_plane_tree_, off_plane_tree_, behind_tree_;
 };
 
 }  // namespace slcmap::mapping

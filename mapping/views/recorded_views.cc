@@ -32,25 +32,20 @@ struct ViewFiles {
   std::string left_path, right_path;
 };
 
-// The cameras of a recording, which all readers of its images share.
-struct RecordedCameras {
-  RecordedCameras(const Rig& rig, const RectifierOptions& options,
-                  const std::array<PixelForm, 2>& pixel_forms)
-      : raw_rig(rig), rectifier(rig, options), forms(pixel_forms) {}
-
-  const Rig raw_rig;
-  const Rectifier rectifier;
-  const std::array<PixelForm, 2> forms;
-};
-
 class RecordedImageReader : public ViewImages {
  public:
-  RecordedImageReader(std::shared_ptr<const RecordedCameras> cameras, std::vector<ViewFiles> files,
-                      std::shared_ptr<LostImages> lost)
-      : cameras_(std::move(cameras)), files_(std::move(files)), lost_(std::move(lost)) {}
+  RecordedImageReader(const Rig& raw_rig, const RectifierOptions& options,
+                      const std::array<PixelForm, 2>& forms, std::vector<ViewFiles> files,
+                      SharedImageCache cache, std::shared_ptr<LostImages> lost)
+      : raw_rig_(raw_rig),
+        rectifier_(raw_rig, options),
+        forms_(forms),
+        files_(std::move(files)),
+        cache_(std::move(cache)),
+        lost_(std::move(lost)) {}
 
-  const Rig& rig() const override { return cameras_->rectifier.rectified_rig(); }
-  const cv::Mat& mask(int camera) const override { return cameras_->rectifier.mask(camera); }
+  const Rig& rig() const override { return rectifier_.rectified_rig(); }
+  const cv::Mat& mask(int camera) const override { return rectifier_.mask(camera); }
 
   StereoImage Read(size_t view) const override {
     StereoImage pair;
@@ -62,17 +57,19 @@ class RecordedImageReader : public ViewImages {
 
  private:
   cv::Mat ReadRectified(const std::string& path, int camera) const {
-    const Camera& raw = cameras_->raw_rig.cameras[camera];
+    const Camera& raw = raw_rig_.cameras[camera];
     const cv::Size size(raw.width_px, raw.height_px);
-    const cv::Mat image =
-        path.empty() ? cv::Mat() : ReadGrayImage(path, size, cameras_->forms[camera]).image;
-    if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
+    const cv::Mat image = path.empty() ? cv::Mat() : cache_->Read(path, size, forms_[camera]);
+    if (!image.empty()) return rectifier_.Rectify(image, camera);
     lost_->Add(path.empty() ? "an image that the run does not name" : path);
     return {};
   }
 
-  const std::shared_ptr<const RecordedCameras> cameras_;
+  const Rig raw_rig_;
+  const Rectifier rectifier_;
+  const std::array<PixelForm, 2> forms_;
   const std::vector<ViewFiles> files_;
+  const SharedImageCache cache_;
   const std::shared_ptr<LostImages> lost_;
 };
 
@@ -133,13 +130,14 @@ std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::str
   return files_at;
 }
 
-std::array<PixelForm, 2> ReadPixelForms(const std::map<int64_t, ViewFiles>& files_at) {
+std::array<PixelForm, 2> ReadPixelForms(const std::map<int64_t, ViewFiles>& files_at,
+                                        ImageCache* cache) {
   std::array<std::vector<std::string>, 2> paths;
   for (const auto& [stamp_ns, files] : files_at) {
     paths[0].push_back(files.left_path);
     if (!files.right_path.empty()) paths[1].push_back(files.right_path);
   }
-  return FindPixelForms(paths);
+  return cache->FindForms(paths);
 }
 
 // Of the keyframes in their order; some are there.
@@ -301,6 +299,28 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
 
 }  // namespace
 
+cv::Mat ImageCache::Read(const std::string& path, const cv::Size& size, const PixelForm& form) {
+  constexpr size_t kMostBytes = size_t{1} << 30;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto known = kept_.find(path); known != kept_.end()) return known->second;
+  }
+  const cv::Mat image = ReadGrayImage(path, size, form).image;
+  const size_t bytes = image.total();
+  const std::lock_guard lock(mutex_);
+  if (bytes > 0 && kept_bytes_ + bytes <= kMostBytes && kept_.try_emplace(path, image).second) {
+    kept_bytes_ += bytes;
+  }
+  return image;
+}
+
+std::array<PixelForm, 2> ImageCache::FindForms(
+    const std::array<std::vector<std::string>, 2>& paths) {
+  const std::lock_guard lock(mutex_);
+  if (!forms_) forms_ = FindPixelForms(paths);
+  return *forms_;
+}
+
 RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options) {
   const bool has_frames = !recorded.frames.empty();
   const Views& frames = has_frames ? recorded.frames : recorded.views;
@@ -312,13 +332,13 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
   return chosen;
 }
 
-std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
+std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence,
+                                           const SharedImageCache& cache) {
   const std::string folder = FindRecording(run, sequence);
   const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   return std::make_unique<RecordedImageReader>(
-      std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions(),
-                                              ReadPixelForms(files_at)),
-      KeyframeFiles(run, folder, files_at), std::make_shared<LostImages>());
+      CamerasAsFound(run), RectifierOptions(), ReadPixelForms(files_at, cache.get()),
+      KeyframeFiles(run, folder, files_at), cache, std::make_shared<LostImages>());
 }
 
 std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
@@ -328,9 +348,8 @@ std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
     files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
   }
   return std::make_unique<RecordedImageReader>(
-      std::make_shared<const RecordedCameras>(recording.rig, RectifierOptions(),
-                                              recording.pixel_forms),
-      std::move(files), std::make_shared<LostImages>());
+      recording.rig, RectifierOptions(), recording.pixel_forms, std::move(files),
+      std::make_shared<ImageCache>(), std::make_shared<LostImages>());
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
@@ -348,7 +367,8 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
   return states;
 }
 
-RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
+RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
+                         const SharedImageCache& cache) {
   const std::string folder = FindRecording(run, sequence);
   std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   RecordedViews recorded;
@@ -357,12 +377,10 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   }
   std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
   const Rig rig = CamerasAsFound(run);
-  const std::array<PixelForm, 2> forms = ReadPixelForms(files_at);
-  const auto cameras = std::make_shared<const RecordedCameras>(rig, RectifierOptions(), forms);
-  const auto fine_cameras =
-      std::make_shared<const RecordedCameras>(rig, RectifierOptions{.scale = 1}, forms);
+  const std::array<PixelForm, 2> forms = ReadPixelForms(files_at, cache.get());
   const auto lost = std::make_shared<LostImages>();
-  recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files), lost);
+  recorded.images = std::make_unique<RecordedImageReader>(rig, RectifierOptions(), forms,
+                                                          std::move(files), cache, lost);
   std::vector<ViewFiles> frame_files;
   for (const View& frame : FramesOfRun(run)) {
     const ViewFiles& pair = files_at[frame.stamp_ns];
@@ -373,8 +391,8 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     recorded.frames.push_back(frame);
     frame_files.push_back(pair);
   }
-  recorded.frame_images =
-      std::make_unique<RecordedImageReader>(fine_cameras, std::move(frame_files), lost);
+  recorded.frame_images = std::make_unique<RecordedImageReader>(
+      rig, RectifierOptions{.scale = 1}, forms, std::move(frame_files), cache, lost);
   recorded.lost = lost;
   return recorded;
 }

@@ -1,9 +1,17 @@
 // Views of a recording: the keyframes of a run, or what poses by anyone say.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
+#include <unordered_map>
+#include <vector>
 
+#include "data/io/image.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 #include "mapping/views/view.h"
@@ -11,6 +19,27 @@
 #include "odometry/run/run.h"
 
 namespace slcmap::inline mapping {
+
+// The images of a recording as their files have them, decoded once for all that look at them again:
+// decoding takes five times as long as rectifying, which differs with the calibration. Those that
+// come first are kept, up to 1 GB: of sweeps over all images that helps each, whereas the latest
+// ones would be forgotten before the next sweep comes to them. May be used by several threads.
+class ImageCache {
+ public:
+  // Empty where it cannot be read. Must not be written to.
+  cv::Mat Read(const std::string& path, const cv::Size& size, const PixelForm& form);
+
+  // Of both cameras, from a sample of the images: FindPixelForms().
+  std::array<PixelForm, 2> FindForms(const std::array<std::vector<std::string>, 2>& paths);
+
+ private:
+  std::mutex mutex_;
+  std::unordered_map<std::string, cv::Mat> kept_;
+  size_t kept_bytes_ = 0;
+  std::optional<std::array<PixelForm, 2>> forms_;
+};
+
+using SharedImageCache = std::shared_ptr<ImageCache>;
 
 struct RecordedViews {
   Views views;
@@ -28,7 +57,8 @@ struct RecordedViews {
 // another one, in `sequence` (not empty). Images are rectified with what the run found of the
 // cameras' calibration. Throws DataError when the run does not say where its images are, is of one
 // camera, or when none of the files is there; keyframes without files are views without images.
-RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence);
+RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
+                         const SharedImageCache& cache = std::make_shared<ImageCache>());
 
 // Keyframes and, where there are frames, those of them that are in between, with the frames'
 // images. `recorded` must outlive them.
@@ -36,7 +66,9 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 
 // The images of the keyframes alone, in their order, as ViewsOfRun() has them. They are read when
 // they are asked for.
-std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence);
+std::unique_ptr<ViewImages> KeyframeImages(
+    const OdometryRun& run, const std::string& sequence,
+    const SharedImageCache& cache = std::make_shared<ImageCache>());
 
 // The images of some pairs of a recording, in their order, rectified with its calibration.
 std::unique_ptr<ViewImages> OpenImages(const Sequence& recording, const std::vector<size_t>& pairs);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "data/core/math.h"
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 

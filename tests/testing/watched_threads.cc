@@ -4,7 +4,7 @@
 #include <memory>
 #include <opencv2/core/parallel/parallel_backend.hpp>
 
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 
 namespace slcmap::testing {
 namespace {

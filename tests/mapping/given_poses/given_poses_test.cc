@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core/utility.hpp>
+
 #include "data/core/error.h"
 #include "mapping/external_poses/pose_adjustment.h"
 #include "tests/testing/room_views.h"
@@ -78,10 +80,12 @@ TEST_F(GivenPosesTest, NothingIsMovedThatIsNotSeenTwice) {
 }
 
 TEST_F(GivenPosesTest, IsTheSameOnAnyNumberOfThreads) {
-  options_.threads = 1;
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
   const auto one = AdjustGivenViews(Given(Turned()), room_, options_);
-  options_.threads = 3;
+  cv::setNumThreads(3);
   const auto three = AdjustGivenViews(Given(Turned()), room_, options_);
+  cv::setNumThreads(threads);
   ASSERT_TRUE(one && three);
   for (size_t i = 0; i < one->views.size(); ++i) {
     const RigidTransform &a = one->views[i].T_world_imu, &b = three->views[i].T_world_imu;

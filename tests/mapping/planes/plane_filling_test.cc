@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 
 #include "tests/testing/box_room_renderer.h"
 
@@ -66,11 +67,11 @@ struct Scene {
     lines.push_back(edge);
   }
 
-  std::vector<DensePoint> Fill(int threads = 1, const Progress& progress = {}) const {
+  std::vector<DensePoint> Fill(const Progress& progress = {}) const {
     Rig rig = SmallRig();
     for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
     const ViewCameras cameras(views, rig);
-    return FillPlanes({dense, lines, building, rays, {cameras}, 0.04}, {}, threads, progress);
+    return FillPlanes({dense, lines, building, rays, {cameras}, 0.04}, {}, progress);
   }
 };
 
@@ -238,14 +239,19 @@ TEST(FillPlanes, AreTheSameOnAnyNumberOfThreads) {
     scene.building.planes.push_back(scene.building.planes[0]);
     for (Vector3d& p : scene.building.planes.back().outline_world) p.x() += i;
   }
-  const std::vector<DensePoint> one = scene.Fill(1), three = scene.Fill(3);
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const std::vector<DensePoint> one = scene.Fill();
+  cv::setNumThreads(3);
+  const std::vector<DensePoint> three = scene.Fill();
+  cv::setNumThreads(threads);
   ASSERT_FALSE(one.empty());
   ASSERT_EQ(one.size(), three.size());
   for (size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].p_world, three[i].p_world);
 }
 
 TEST(FillPlanes, EndWhenAsked) {
-  EXPECT_TRUE(Scene().Fill(1, Progress([](double) { return false; })).empty());
+  EXPECT_TRUE(Scene().Fill(Progress([](double) { return false; })).empty());
 }
 
 }  // namespace

@@ -145,6 +145,18 @@ TEST_F(SmallRecording, HasNoFramesOfImagesThatAreNotThere) {
       << "each once: of one pair the left one alone was looked for";
 }
 
+TEST_F(SmallRecording, IsDecodedOnceForAllThatLookAtIt) {
+  const auto cache = std::make_shared<ImageCache>();
+  const cv::Mat first = KeyframeImages(run_, "", cache)->Read(1).left;
+  const RecordedViews recorded = ViewsOfRun(run_, "", cache);
+  Remove(3);
+  const cv::Mat again = recorded.images->Read(1).left;
+  ASSERT_EQ(again.size(), first.size());
+  EXPECT_EQ(cv::norm(first, again, cv::NORM_INF), 0);
+  EXPECT_FALSE(recorded.frame_images->Read(3).right.empty());
+  EXPECT_THAT(recorded.lost->paths(), ::testing::IsEmpty());
+}
+
 TEST_F(SmallRecording, LosesNothingWhereARunHasNoRightImage) {
   for (RecordedImages& images : run_.source->images) images.right_path = "";
   const RecordedViews recorded = ViewsOfRun(run_, "");
