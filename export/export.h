@@ -6,14 +6,7 @@
 
 #include "data/core/progress.h"
 #include "data/io/output_folder.h"
-#include "export/cad/ifc_writer.h"
-#include "export/cad/obj_writer.h"
-#include "export/plan/occupancy_grid.h"
-#include "export/plan/plan_options.h"
-#include "export/scene/ply_writer.h"
-#include "export/scene/scene.h"
-#include "export/sfm/text_models.h"
-#include "export/web/gltf_writer.h"
+#include "export/scene/options.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <opencv2/core/utility.hpp>
 #include <utility>
 
 #include "apps/commands/commands.h"
@@ -45,6 +46,7 @@ void Merge(const MergeArguments& arguments) {
   RefuseWrongMaps(arguments);
   MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
   options.SetThreads(arguments.threads);
+  cv::setNumThreads(arguments.threads);
   std::vector<std::string> inputs = arguments.maps;
   if (!arguments.config.empty()) inputs.push_back(arguments.config);
   OutputFolder output(arguments.output, MapFiles(), inputs);

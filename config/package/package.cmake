@@ -7,7 +7,7 @@ set(SLCMAP_HEADERS ${CMAKE_INSTALL_INCLUDEDIR}/slcmap-${PROJECT_VERSION})
 set(SLCMAP_CMAKE ${CMAKE_INSTALL_LIBDIR}/cmake/slcmap)
 
 install(TARGETS slcmap DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
-install(DIRECTORY config/rigs config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config
+install(DIRECTORY config/options config/rigs config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config
   COMPONENT program)
 # Missing where it could not be made: see export/page.
 install(FILES ${PROJECT_BINARY_DIR}/share/slcmap/page/page.html
@@ -32,16 +32,14 @@ slcmap_install_libraries(odometry
 slcmap_install_libraries(mapping slcmap_polygon slcmap_mapping)
 slcmap_install_libraries(export slcmap_export)
 
-# Headers keep their places, so that includes read as they do here. The JSON parser and the
-# simulator's Embree stay inside.
-install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COMPONENT development
-  FILES_MATCHING PATTERN "*.h"
-  PATTERN data/simulator EXCLUDE
-  PATTERN data/io/json.h EXCLUDE
-  PATTERN data/source/sequence_options_json.h EXCLUDE
-  PATTERN odometry/run/run_json.h EXCLUDE
-  PATTERN mapping/map/part_files.h EXCLUDE
-  PATTERN images EXCLUDE)
+# Headers keep their places, so that includes read as they do here. Those of the libraries' users are
+# these, and what they include.
+set(SLCMAP_USED_HEADERS data/source/sequence.h odometry/odometry.h odometry/run/run_folder.h
+  mapping/mapping.h mapping/map/map_folder.h export/export.h)
+install(CODE "set(source \"${PROJECT_SOURCE_DIR}\")
+set(headers \"${SLCMAP_USED_HEADERS}\")
+set(destination \"${SLCMAP_HEADERS}\")" COMPONENT development)
+install(SCRIPT config/package/install_headers.cmake COMPONENT development)
 install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data
   COMPONENT development)
 

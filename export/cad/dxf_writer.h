@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "export/plan/dimensions.h"
-#include "export/plan/plan_options.h"
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
 

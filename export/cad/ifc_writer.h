@@ -2,16 +2,9 @@
 #pragma once
 
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
-
-struct IfcOptions {
-  bool line_solids = false;       // lines as thin solids too: viewers often hide annotations
-  double line_solid_m = 0.02;     // width of these
-  double slab_m = 0.2;            // thickness of floors and ceilings, of which one face was seen
-  double assumed_height_m = 2.5;  // of walls whose top was not seen
-  void Check() const;             // throws ConfigError
-};
 
 // IFC4, for programs of building information modelling.
 

@@ -4,13 +4,9 @@
 #include <string>
 
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
-
-struct ObjOptions {
-  std::string up = "z";  // or "y", as many programs of modelling and games have it
-  void Check() const;    // throws ConfigError
-};
 
 // Writes map.obj, in metres, z or y up: an object (`o`) a layer of map_layers.h, lines, outlines
 // and the trajectory as line elements (`l`) of two vertices each, planes as triangles (`f`); and

@@ -2,14 +2,9 @@
 #pragma once
 
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
-
-struct GridOptions {
-  // Over the floor: what is below a robot's wheels or above its head is in nobody's way.
-  double low_m = 0.2, high_m = 1.8;
-  void Check() const;  // throws ConfigError
-};
 
 // Writes grid/storey_N.pgm and storey_N.yaml for each storey, as ROS' map_server reads them: a cell
 // is occupied (0) where a voxel of the occupancy map is within a band of heights over the storey's

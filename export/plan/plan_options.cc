@@ -1,11 +1,10 @@
-#include "export/plan/plan_options.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
 
 #include "data/core/error.h"
 #include "export/plan/section_view.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
 

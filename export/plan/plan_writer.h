@@ -1,9 +1,9 @@
 // Plans, sections and elevations as SVG and PDF files.
 #pragma once
 
-#include "export/plan/plan_options.h"
 #include "export/plan/sheet.h"
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
 

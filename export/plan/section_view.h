@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "export/plan/plan_options.h"
+#include "export/scene/options.h"
 #include "mapping/map/building.h"
 
 namespace slcmap::inline exporting {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "export/plan/drawing.h"
-#include "export/plan/plan_options.h"
+#include "export/scene/options.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {

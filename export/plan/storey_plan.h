@@ -6,8 +6,8 @@
 
 #include "export/plan/dimensions.h"
 #include "export/plan/drawing.h"
-#include "export/plan/plan_options.h"
 #include "export/plan/sheet.h"
+#include "export/scene/options.h"
 #include "mapping/map/building.h"
 
 namespace slcmap::inline exporting {

@@ -8,6 +8,10 @@
 namespace slcmap::inline exporting {
 namespace {
 
+PlyForm Form(const PlyOptions& options) {
+  return options.ascii ? PlyForm::kAscii : PlyForm::kBinary;
+}
+
 PlyElement VertexElement(const Vertices& vertices, const Progress& progress) {
   constexpr std::size_t kReportEvery = 65536;
   PlyElement element{"vertex", {}};
@@ -54,7 +58,7 @@ std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
   };
   const auto write = [&](const std::string& name, const PlyFile& file) {
     paths.push_back(folder + "/" + name + ".ply");
-    WritePly(paths.back(), file, options_.form());
+    WritePly(paths.back(), file, Form(options_));
   };
   std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
   if (!scene.map_id.empty()) {
@@ -88,7 +92,7 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   progress.ReportOrStop(0.2);
   WriteDensePcd(folder + "/dense.pcd", map.dense);
   progress.ReportOrStop(0.5);
-  WriteDensePly(folder + "/dense.ply", map.dense, options_.form(),
+  WriteDensePly(folder + "/dense.ply", map.dense, Form(options_),
                 WorldOffsetNote(map.source.world_offset_m));
   progress.ReportOrStop(0.8);
   map.occupancy.Write(folder + "/occupancy.bt");

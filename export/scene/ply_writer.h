@@ -3,14 +3,10 @@
 
 #include "data/io/ply.h"
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 #include "export/scene/scene.h"
 
 namespace slcmap::inline exporting {
-
-struct PlyOptions {
-  bool ascii = false;  // as text, for scripts; up to two and a half times as large
-  PlyForm form() const { return ascii ? PlyForm::kAscii : PlyForm::kBinary; }
-};
 
 // A PLY file a layer, for MeshLab, CloudCompare, Blender and Open3D.
 

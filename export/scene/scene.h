@@ -15,6 +15,7 @@
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {
@@ -60,15 +61,6 @@ struct MapScene {
   std::vector<PointLayer> points;
   std::vector<LineLayer> lines;
   std::vector<MeshLayer> meshes;
-};
-
-struct SceneOptions {
-  double frustum_m = 0.2;          // length of a drawn camera
-  double frustum_spacing_m = 0.5;  // keyframes nearer to the last drawn one are left out
-  double max_jump_s = 0.5;   // the trajectory is not drawn across longer gaps, see TrajectoryGap_s
-  double line_bar_m = 0.04;  // width of lines that are drawn as bars
-  int max_vertices = 8000000;  // of all layers; some 200 bytes of memory each, with writing
-  void Check() const;          // throws ConfigError
 };
 
 // The layers of a map: points ("points", coloured by height), lines ("lines" coloured by axis and

@@ -4,15 +4,9 @@
 #include <string>
 
 #include "export/scene/map_writer.h"
+#include "export/scene/options.h"
 
 namespace slcmap::inline exporting {
-
-struct ColmapOptions {
-  std::string images;       // "": none, "rectified": the model's, as its cameras would have them
-  std::string sequence;     // where the recording moved to; "" where the map says it is
-  std::string calibration;  // that of the map, as its folder has it; "" or missing: the recording's
-  void Check() const;       // throws ConfigError
-};
 
 // COLMAP's text model, for those who go on there.
 

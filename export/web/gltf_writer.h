@@ -3,16 +3,10 @@
 
 #include <memory>
 
+#include "export/scene/options.h"
 #include "export/scene/scene.h"
 
 namespace slcmap::inline exporting {
-
-struct GltfOptions {
-  bool tubes =
-      false;  // lines as bars too, for viewers that show only triangles or lines a pixel wide
-  bool voxels = false;     // occupied voxels as cubes
-  bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
-};
 
 // Writes scene.glb under a root node that turns z up into glTF's y up: the points, the dense cloud,
 // the lines by storey and axis, trajectory, keyframes and, on request, voxels, walls as solids that

@@ -14,6 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/ply.h"
+#include "export/scene/scene.h"
 #include "mapping/mapping.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
