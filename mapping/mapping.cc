@@ -453,8 +453,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   options.Check();
   UnitedMaps united =
       UniteMaps(std::move(first), std::move(second), alignment,
-                {options.cloud.voxel_m, options.dense.voxel_m, options.lines.merging},
-                progress.Part(0, kUnited));
+                {options.cloud.voxel_m, options.dense.voxel_m}, progress.Part(0, kUnited));
   MappingOptions of_building = options;
   of_building.planes.draw_sigmas = 0;  // points lie where their own map's planes drew them
   RunBuildingStage(std::move(united.rays), std::move(united.cameras), of_building,

@@ -33,12 +33,12 @@ void ForEachSection(Options& options, const Visit& visit) {
 
 }  // namespace
 
-MappingOptions MappingOptions::FromYaml(const std::string& path) {
-  return ReadConfigFile(path, [](YamlSection& root) {
+MappingOptions MappingOptions::FromYaml(const std::string& path, ConfigOrigin origin) {
+  return ReadConfigFile(path, origin, [](YamlSection& root) {
     MappingOptions options;
     YamlSection section = root.Section("mapping");
     ForEachSection(options, [&](const char* key, auto& part) { part.Read(section.Section(key)); });
-    section.Retire("level_marks");
+    section.Retire({"level_marks"});
     section.Finish();
     options.Check();
     return options;

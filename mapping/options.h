@@ -39,7 +39,8 @@ struct MappingOptions {
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
   // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of
   // its range.
-  static MappingOptions FromYaml(const std::string& path);
+  static MappingOptions FromYaml(const std::string& path,
+                                 ConfigOrigin origin = ConfigOrigin::kUser);
   // All options as such a file.
   std::string ToYaml() const;
   void Check() const;

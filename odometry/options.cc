@@ -28,7 +28,7 @@ void ForEachSection(Options& options, const Visit& visit) {
 }  // namespace
 
 OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
-  return ReadConfigFile(path, [](YamlSection& root) {
+  return ReadConfigFile(path, ConfigOrigin::kUser, [](YamlSection& root) {
     OdometryOptions options;
     std::string method = MethodName(options.method);
     root.Read("method", &method);

@@ -140,7 +140,7 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
   const std::filesystem::path folder = std::filesystem::path(inputs.planes).parent_path();
   const Building building =
       Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
-  const BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  const BuildingMetrics metrics = EvaluateBuilding(truth, building);
   std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
   if (!arguments.plots.empty()) {
     MakeFolder(arguments.plots);
@@ -154,8 +154,7 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
 Json EvaluatePipeMap(const PipeInputs& inputs, const Alignment& alignment) {
   const EndsAtOnce nothing_is_written;
   const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
-  const PipeMetrics metrics =
-      EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.pipes)), PipeMetricOptions());
+  const PipeMetrics metrics = EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.pipes)));
   std::fputs(("\n" + PipeTable(inputs, metrics)).c_str(), stdout);
   return PipeJson(inputs, metrics);
 }

@@ -149,7 +149,7 @@ std::optional<RoughStart> ParseStart(const std::string& at) {
 MappingOptions OptionsOfMerging(const std::string& config, const std::string& first_map) {
   if (!config.empty()) return MappingOptions::FromYaml(config);
   try {
-    return MappingOptions::FromYaml(first_map + "/options.yaml");
+    return MappingOptions::FromYaml(first_map + "/options.yaml", ConfigOrigin::kKept);
   } catch (const ConfigError& error) {
     throw ConfigError(std::string(error.what()) +
                       "; of a map by another version --config can stand for its options");

@@ -20,6 +20,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMinSeen_m2 = 2;  // of a true wall that should be found
+// of a true wall's points from the plane that shows it
+constexpr double kBuildingMaxDistance_m = 0.1;
+constexpr double kMaxAngle_deg = 6;        // between their normals
+constexpr double kMinLookedThrough = 0.5;  // of an open opening that should be found
+constexpr double kAreaShare = 0.02;        // within which a room's area is right
+
 constexpr double kOutlineSlack_m = 0.1;
 constexpr double kLeastOverlap = 0.5;   // of the union of what is compared
 constexpr double kReveal_m = 0.4;       // of an opening on one face of a wall from that on another
@@ -65,9 +72,8 @@ struct Sum {
 
 class WallComparison {
  public:
-  WallComparison(const TrueBuilding& truth, const Building& building,
-                 const BuildingMetricOptions& options)
-      : truth_(truth), building_(building), options_(options) {}
+  WallComparison(const TrueBuilding& truth, const Building& building)
+      : truth_(truth), building_(building) {}
 
   void AddTo(BuildingMetrics* metrics) {
     for (const TrueWall& wall : truth_.walls) Compare(wall, metrics);
@@ -87,14 +93,14 @@ class WallComparison {
  private:
   void Compare(const TrueWall& wall, BuildingMetrics* metrics) {
     std::map<size_t, Sum> sums;
-    const double least_cosine = std::cos(options_.max_angle_deg * M_PI / 180);
+    const double least_cosine = std::cos(kMaxAngle_deg * M_PI / 180);
     int64_t covered = 0;
     for (const Vector3d& p : wall.seen_world) {
       bool is_covered = false;
       for (size_t i = 0; i < building_.planes.size(); ++i) {
         const BuildingPlane& plane = building_.planes[i];
         if (plane.kind != PlaneKind::kWall || plane.normal.dot(wall.normal) < least_cosine ||
-            !IsOver(plane, p, options_.max_distance_m)) {
+            !IsOver(plane, p, kBuildingMaxDistance_m)) {
           continue;
         }
         is_covered = true;
@@ -106,7 +112,7 @@ class WallComparison {
       }
       covered += is_covered ? 1 : 0;
     }
-    if (wall.seen_m2 < options_.min_seen_m2) return;
+    if (wall.seen_m2 < kMinSeen_m2) return;
     ++metrics->walls;
     if (2 * covered <= static_cast<int64_t>(wall.seen_world.size())) return;
     ++metrics->walls_found;
@@ -142,7 +148,6 @@ class WallComparison {
 
   const TrueBuilding& truth_;
   const Building& building_;
-  const BuildingMetricOptions& options_;
   std::map<int64_t, double> found_;  // wall: mean distance of its points from the plane over most
   std::map<size_t, Sum> planes_;
 };
@@ -172,17 +177,16 @@ std::map<int64_t, int> FacesOfOpenings(const TrueBuilding& truth, double min_see
 }
 
 void CompareOpenings(const TrueBuilding& truth, const Building& building,
-                     const BuildingMetricOptions& options, BuildingMetrics* metrics) {
+                     BuildingMetrics* metrics) {
   std::set<int64_t> expected, allowed, found;
-  const std::map<int64_t, int> faces = FacesOfOpenings(truth, options.min_seen_m2);
+  const std::map<int64_t, int> faces = FacesOfOpenings(truth, kMinSeen_m2);
   for (const TrueWall& wall : truth.walls) {
     for (const TrueOpening& opening : wall.openings) {
       if (!opening.is_open && !opening.is_clear) continue;
       allowed.insert(opening.id);
       const auto seen = faces.find(opening.id);
       if (!opening.is_open && (seen == faces.end() || seen->second < 2)) continue;
-      if (opening.looked_through >= options.min_looked_through &&
-          wall.seen_m2 >= options.min_seen_m2) {
+      if (opening.looked_through >= kMinLookedThrough && wall.seen_m2 >= kMinSeen_m2) {
         expected.insert(opening.id);
       }
     }
@@ -219,8 +223,7 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
   metrics->clear_width_median_m = QuantileFigure(width_errors_m, 0.5);
 }
 
-void CompareRooms(const TrueBuilding& truth, const Building& building,
-                  const BuildingMetricOptions& options, BuildingMetrics* metrics) {
+void CompareRooms(const TrueBuilding& truth, const Building& building, BuildingMetrics* metrics) {
   constexpr double kSameFloor_m = 0.5;
   std::vector<double> errors;
   metrics->rooms_mapped = static_cast<int64_t>(building.rooms.size());
@@ -240,31 +243,18 @@ void CompareRooms(const TrueBuilding& truth, const Building& building,
     if (best == nullptr) continue;
     ++metrics->rooms_found;
     errors.push_back(std::abs(best->area_m2 - room.area_m2) / room.area_m2);
-    metrics->rooms_right += errors.back() <= options.area_share ? 1 : 0;
+    metrics->rooms_right += errors.back() <= kAreaShare ? 1 : 0;
   }
   metrics->area_error_median = QuantileFigure(errors, 0.5);
 }
 
 }  // namespace
 
-void BuildingMetricOptions::Check() const {
-  const auto expect = [](bool holds, const char* message) {
-    if (!holds) throw ConfigError(std::string("evaluate: buildings: ") + message);
-  };
-  expect(min_seen_m2 >= 0, "min_seen_m2: expected zero or more");
-  expect(max_distance_m > 0, "max_distance_m: expected more than 0");
-  expect(max_angle_deg > 0 && max_angle_deg < 90, "max_angle_deg: expected more than 0, below 90");
-  expect(min_looked_through >= 0 && min_looked_through <= 1, "min_looked_through: expected 0 to 1");
-  expect(area_share > 0, "area_share: expected more than 0");
-}
-
-BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building,
-                                 const BuildingMetricOptions& options) {
-  options.Check();
+BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building) {
   BuildingMetrics metrics;
-  WallComparison(truth, building, options).AddTo(&metrics);
-  CompareOpenings(truth, building, options, &metrics);
-  CompareRooms(truth, building, options, &metrics);
+  WallComparison(truth, building).AddTo(&metrics);
+  CompareOpenings(truth, building, &metrics);
+  CompareRooms(truth, building, &metrics);
   return metrics;
 }
 

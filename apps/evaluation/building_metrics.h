@@ -11,15 +11,6 @@
 
 namespace slcmap::inline evaluation {
 
-struct BuildingMetricOptions {
-  double min_seen_m2 = 2;           // of a true wall that should be found
-  double max_distance_m = 0.1;      // of a true wall's points from the plane that shows it
-  double max_angle_deg = 6;         // between their normals
-  double min_looked_through = 0.5;  // of an open opening that should be found
-  double area_share = 0.02;         // within which a room's area is right
-  void Check() const;               // throws ConfigError
-};
-
 // Figures of nothing, as the median offset of no wall, are kNoFigure.
 struct BuildingMetrics {
   // A true wall is found when planes of walls lie over more than half of its points that were seen.
@@ -44,8 +35,7 @@ struct BuildingMetrics {
 };
 
 // Compares a building with the true one, in one world.
-BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building,
-                                 const BuildingMetricOptions& options);
+BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building);
 
 // The building laid over the truth, as the trajectory was.
 Building Aligned(const Alignment& alignment, Building building);

@@ -10,6 +10,18 @@
 namespace slcmap::inline evaluation {
 namespace {
 
+constexpr double kMinGap_m = 0.5;  // of two edges on one line
+constexpr double kMaxGap_m = 3;
+constexpr double kMinApart_m = 0.04;  // of two edges beside each other
+constexpr double kMaxApart_m = 0.081;
+constexpr double kMinShared_m = 0.3;  // length that these lie beside each other
+constexpr double kWithin_m = 0.05;    // of an edge or a gap a line is its, and
+constexpr double kGapMaxAngle_deg = 10;
+constexpr double kMaxBridged = 1.0 / 3;  // share of a gap that lines may cover
+constexpr double kMinClear = 0.5;        // share of what edges share that was seen clearly
+// of upright edges from the side of an opening, whose jamb they are
+constexpr double kJamb_m = 0.1;
+
 constexpr double kSpacing_m = 0.1;    // of the points that stand for a segment in the tree
 constexpr double kRounding_m = 1e-3;  // beyond that of the tree's floats
 
@@ -153,10 +165,8 @@ bool IsAtSide(const std::vector<Vector3d>& outline, const Vector3d& place, doubl
 
 class GapCounter {
  public:
-  GapCounter(const TrueEdges& truth, const std::vector<MapLine>& lines,
-             const LineGapOptions& options)
-      : options_(options),
-        mapped_(CollectSegments(lines)),
+  GapCounter(const TrueEdges& truth, const std::vector<MapLine>& lines)
+      : mapped_(CollectSegments(lines)),
         all_(AllEdges(truth)),
         doorways_(truth.doorways),
         openings_(truth.openings),
@@ -180,7 +190,7 @@ class GapCounter {
  private:
   // The gap behind the end of an edge up to the next one on its line, along the edge.
   std::optional<Part> GapBehind(const Edge& edge) const {
-    double next_m = edge.length_m + options_.max_gap_m;
+    double next_m = edge.length_m + kMaxGap_m;
     bool found = false;
     for (const Edge& other : edges_) {
       const double a = edge.Along(other.start), b = edge.Along(other.At(other.length_m));
@@ -190,7 +200,7 @@ class GapCounter {
       found = true;
     }
     const Part gap{edge.length_m, next_m};
-    if (!found || gap.length_m() < options_.min_gap_m) return std::nullopt;
+    if (!found || gap.length_m() < kMinGap_m) return std::nullopt;
     return gap;
   }
 
@@ -207,26 +217,25 @@ class GapCounter {
     const auto is_it = [&](const Vector3d& other) { return (other - middle).norm() < kSame_m; };
     if (!IsInDoorway(middle) || std::any_of(counted->begin(), counted->end(), is_it)) return;
     counted->push_back(middle);
-    const Part inside{gap->from_m + options_.within_m, gap->to_m - options_.within_m};
-    if (ShareBeside(all_, edge, inside, options_.within_m) > 0) return;
+    const Part inside{gap->from_m + kWithin_m, gap->to_m - kWithin_m};
+    if (ShareBeside(all_, edge, inside, kWithin_m) > 0) return;
     const Part before{std::max(0.0, gap->from_m - kBeside_m), gap->from_m};
     const Part behind{gap->to_m, gap->to_m + kBeside_m};
     for (const Part& part : {before, behind}) {
-      if (ShareBeside(mapped_, edge, part, options_.within_m) < 0.5) return;
+      if (ShareBeside(mapped_, edge, part, kWithin_m) < 0.5) return;
     }
     ++out->gaps;
-    out->gaps_kept +=
-        ShareBeside(mapped_, edge, inside, options_.within_m) <= options_.max_bridged ? 1 : 0;
+    out->gaps_kept += ShareBeside(mapped_, edge, inside, kWithin_m) <= kMaxBridged ? 1 : 0;
   }
 
   void CountPair(const Edge& a, const Edge& b, LineGaps* out) const {
     if (!a.IsParallel(b)) return;
     const Part of_a = PartBeside(a, b), of_b = PartBeside(b, a);
-    if (std::min(of_a.length_m(), of_b.length_m()) < options_.min_shared_m) return;
+    if (std::min(of_a.length_m(), of_b.length_m()) < kMinShared_m) return;
     const double apart_m = b.Across(a.At(0.5 * (of_a.from_m + of_a.to_m)));
-    if (apart_m < options_.min_apart_m || apart_m > options_.max_apart_m) return;
+    if (apart_m < kMinApart_m || apart_m > kMaxApart_m) return;
     for (const auto& [edge, part] : {std::pair(&a, of_a), std::pair(&b, of_b)}) {
-      if (ShareBeside(clear_, *edge, part, kOnEdge_m) < options_.min_clear) return;
+      if (ShareBeside(clear_, *edge, part, kOnEdge_m) < kMinClear) return;
     }
     const bool a_shown = ShareBeside(mapped_, a, of_a, apart_m / 3) >= 0.5;
     const bool b_shown = ShareBeside(mapped_, b, of_b, apart_m / 3) >= 0.5;
@@ -243,7 +252,7 @@ class GapCounter {
     if (std::abs(edge.direction.z()) < std::cos(kCollinear_rad)) return false;
     const Vector3d middle = edge.At(0.5 * (part.from_m + part.to_m));
     return std::any_of(openings_.begin(), openings_.end(), [&](const auto& outline) {
-      return outline.size() >= 3 && IsAtSide(outline, middle, options_.jamb_m);
+      return outline.size() >= 3 && IsAtSide(outline, middle, kJamb_m);
     });
   }
 
@@ -254,14 +263,12 @@ class GapCounter {
     int beside = 0;
     for (int i = 0; i < count; ++i) {
       const Vector3d place = edge.At(part.from_m + (i + 0.5) / count * part.length_m());
-      beside += segments.Nearest(place, edge.direction, within_m, options_.max_angle_deg * kDegree)
-                    ? 1
-                    : 0;
+      beside +=
+          segments.Nearest(place, edge.direction, within_m, kGapMaxAngle_deg * kDegree) ? 1 : 0;
     }
     return static_cast<double>(beside) / count;
   }
 
-  const LineGapOptions& options_;
   const SegmentIndex mapped_, all_;
   const std::vector<std::vector<Vector3d>>&doorways_, &openings_;
   const SegmentIndex clear_;
@@ -270,9 +277,8 @@ class GapCounter {
 
 }  // namespace
 
-LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines,
-                          const LineGapOptions& options) {
-  return GapCounter(truth, lines, options).Count();
+LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines) {
+  return GapCounter(truth, lines).Count();
 }
 
 }  // namespace slcmap::evaluation

@@ -38,17 +38,6 @@ class SegmentIndex {
 // Whether a line map keeps apart what is apart: the gaps of edges in open doorways, as of
 // skirtings, and edges that lie close beside each other, as the two of a jamb.
 
-struct LineGapOptions {
-  double min_gap_m = 0.5, max_gap_m = 3;           // of two edges on one line
-  double min_apart_m = 0.04, max_apart_m = 0.081;  // of two edges beside each other
-  double min_shared_m = 0.3;                       // length that these lie beside each other
-  double within_m = 0.05;                          // of an edge or a gap a line is its, and
-  double max_angle_deg = 10;
-  double max_bridged = 1.0 / 3;  // share of a gap that lines may cover
-  double min_clear = 0.5;        // share of what edges share that was seen clearly
-  double jamb_m = 0.1;  // of upright edges from the side of an opening, whose jamb they are
-};
-
 // Of what the map shows on both sides: a gap is one in an open doorway where lines lie along both
 // edges next to it and no edge in it, a pair one where a line lies along one of the two at least,
 // both seen clearly.
@@ -63,7 +52,6 @@ struct LineGaps {
 
 // Gaps are in truth.doorways, pairs of truth.clear, jambs at truth.openings; none where these are
 // not known.
-LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines,
-                          const LineGapOptions& options = {});
+LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines);
 
 }  // namespace slcmap::evaluation

@@ -15,14 +15,18 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kMinSeen_m = 0.5;           // of a true pipe that counts as one to be found
+constexpr double kPipeMaxDistance_m = 0.05;  // between the axes, where both are
+constexpr double kPipeMaxTurn_rad = 0.0873;  // 5 degrees
+constexpr double kMaxRadiusError = 0.15;     // of the true radius
+
 // How far the axis of a mapped pipe is from a true one where both are; nothing where they are
 // nowhere side by side, or not parallel.
-std::optional<double> AxisDistance(const TruePipe& truth, const MapPipe& pipe,
-                                   const PipeMetricOptions& options) {
+std::optional<double> AxisDistance(const TruePipe& truth, const MapPipe& pipe) {
   const Vector3d along = (truth.end_world - truth.start_world).normalized();
   const Vector3d way = pipe.end_world - pipe.start_world;
   const double length_m = (truth.end_world - truth.start_world).norm();
-  if (std::abs(along.dot(way.normalized())) < std::cos(options.max_turn_rad)) return std::nullopt;
+  if (std::abs(along.dot(way.normalized())) < std::cos(kPipeMaxTurn_rad)) return std::nullopt;
   const double start_m = along.dot(pipe.start_world - truth.start_world);
   const double end_m = along.dot(pipe.end_world - truth.start_world);
   const double from_m = std::max(0.0, std::min(start_m, end_m));
@@ -33,8 +37,8 @@ std::optional<double> AxisDistance(const TruePipe& truth, const MapPipe& pipe,
   return (middle - truth.start_world).cross(along).norm();
 }
 
-bool HasRadius(const TruePipe& truth, const MapPipe& pipe, const PipeMetricOptions& options) {
-  return std::abs(pipe.radius_m - truth.radius_m) <= options.max_radius_error * truth.radius_m;
+bool HasRadius(const TruePipe& truth, const MapPipe& pipe) {
+  return std::abs(pipe.radius_m - truth.radius_m) <= kMaxRadiusError * truth.radius_m;
 }
 
 // The pipe that is nearest to a true one, of those with its axis and perhaps its radius.
@@ -43,21 +47,20 @@ struct Match {
   double distance_m = 0;
 };
 std::optional<Match> FindMatch(const TruePipe& truth, const std::vector<MapPipe>& pipes,
-                               bool with_radius, const PipeMetricOptions& options) {
+                               bool with_radius) {
   std::optional<Match> best;
   for (const MapPipe& pipe : pipes) {
-    if (with_radius && !HasRadius(truth, pipe, options)) continue;
-    const auto distance_m = AxisDistance(truth, pipe, options);
-    if (!distance_m || *distance_m > options.max_distance_m) continue;
+    if (with_radius && !HasRadius(truth, pipe)) continue;
+    const auto distance_m = AxisDistance(truth, pipe);
+    if (!distance_m || *distance_m > kPipeMaxDistance_m) continue;
     if (!best || *distance_m < best->distance_m) best = {&pipe, *distance_m};
   }
   return best;
 }
 
-bool IsTrue(const MapPipe& pipe, const std::vector<TruePipe>& truth,
-            const PipeMetricOptions& options) {
+bool IsTrue(const MapPipe& pipe, const std::vector<TruePipe>& truth) {
   return std::ranges::any_of(truth, [&](const TruePipe& true_pipe) {
-    return FindMatch(true_pipe, {pipe}, true, options).has_value();
+    return FindMatch(true_pipe, {pipe}, true).has_value();
   });
 }
 
@@ -72,16 +75,15 @@ std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pi
   return pipes;
 }
 
-PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes,
-                          const PipeMetricOptions& options) {
+PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes) {
   PipeMetrics metrics;
   std::vector<double> radius_errors_m, distances_m;
   for (const TruePipe& pipe : truth) {
-    if (pipe.SeenLength_m() < options.min_seen_m) continue;
+    if (pipe.SeenLength_m() < kMinSeen_m) continue;
     ++metrics.pipes;
     metrics.seen_m += pipe.SeenLength_m();
-    metrics.found_axes += FindMatch(pipe, pipes, false, options).has_value();
-    const auto match = FindMatch(pipe, pipes, true, options);
+    metrics.found_axes += FindMatch(pipe, pipes, false).has_value();
+    const auto match = FindMatch(pipe, pipes, true);
     if (!match) continue;
     ++metrics.found;
     metrics.found_m += pipe.SeenLength_m();
@@ -89,8 +91,8 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
     distances_m.push_back(match->distance_m);
   }
   metrics.mapped = std::ssize(pipes);
-  metrics.false_pipes = std::ranges::count_if(
-      pipes, [&](const MapPipe& pipe) { return !IsTrue(pipe, truth, options); });
+  metrics.false_pipes =
+      std::ranges::count_if(pipes, [&](const MapPipe& pipe) { return !IsTrue(pipe, truth); });
   metrics.radius_median_m = QuantileFigure(radius_errors_m, 0.5);
   metrics.radius_95_m = QuantileFigure(radius_errors_m, 0.95);
   metrics.axis_median_m = QuantileFigure(distances_m, 0.5);

@@ -12,14 +12,6 @@
 
 namespace slcmap::inline evaluation {
 
-// When a mapped pipe is a true one.
-struct PipeMetricOptions {
-  double min_seen_m = 0.5;         // of a true pipe that counts as one to be found
-  double max_distance_m = 0.05;    // between the axes, where both are
-  double max_turn_rad = 0.0873;    // 5 degrees
-  double max_radius_error = 0.15;  // of the true radius
-};
-
 struct PipeMetrics {
   int64_t pipes = 0;                    // true ones that were seen so far
   int64_t found = 0;                    // of these
@@ -33,8 +25,7 @@ struct PipeMetrics {
 
 std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pipes);
 
-PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes,
-                          const PipeMetricOptions& options);
+PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes);
 
 // Files, as the user named them.
 struct PipeInputs {

@@ -16,20 +16,23 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kSigma_px = 0.1;  // of an observed edge or point, across it
+// of a place, where that is largest: what is known worse is left out
+constexpr double kPlacementMaxSigma_m = 0.05;
+constexpr double kMaxDepth_m = 10;
+// An edge's observation belongs to a true edge when both its ends are nearer to it than this,
+// counted in standard deviations (of the place, and of edge_sigma_m beside it) and in metres.
+constexpr double kMaxSigmas = 3;
+constexpr double kEdgeSigma_m = 0.005;
+constexpr double kMaxEdgeDistance_m = 0.1;
+// between them, where the observation is long enough to tell
+constexpr double kPlacementMaxAngle_deg = 15;
+
 constexpr double kLeastDepth_m = 0.2;
 constexpr double kTellingLength = 10;   // of an observation, in standard deviations of its ends
 constexpr double kBeyondEnds_m = 0.05;  // of a true edge
 constexpr double kClearlyWorse = 6;     // of another edge's chi2, by which the nearest one is told
 constexpr double kSameLine_m = 0.003;   // pieces of one edge go on in each other
-
-constexpr OptionTable kObservationsTable{
-    Option{"sigma_px", &PlacementOptions::sigma_px, 1e-3, 10.0},
-    Option{"max_sigma_m", &PlacementOptions::max_sigma_m, 1e-4, 1.0},
-    Option{"max_depth_m", &PlacementOptions::max_depth_m, 0.5, 100.0},
-    Option{"max_sigmas", &PlacementOptions::max_sigmas, 0.1, 100.0},
-    Option{"edge_sigma_m", &PlacementOptions::edge_sigma_m, 1e-5, 1.0},
-    Option{"max_edge_distance_m", &PlacementOptions::max_edge_distance_m, 1e-4, 1.0},
-    Option{"max_angle_deg", &PlacementOptions::max_angle_deg, 0.1, 90.0}};
 
 Vector3d Ray(const Vector2d& on_plane) { return on_plane.homogeneous(); }
 
@@ -42,11 +45,10 @@ LineSegment Moved(LineSegment segment, int end, double distance) {
 // Places what a stereo pair shows, on the planes z = 1 of its rectified cameras.
 class PairGeometry {
  public:
-  PairGeometry(const Rig& rig, const PlacementOptions& options)
-      : options_(options),
-        T_imu_left_(rig.T_imu_camera[0]),
+  PairGeometry(const Rig& rig)
+      : T_imu_left_(rig.T_imu_camera[0]),
         T_left_right_(rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]),
-        sigma_(options.sigma_px / rig.cameras[0].fx_px) {}
+        sigma_(kSigma_px / rig.cameras[0].fx_px) {}
 
   // Where the ray of an end of the left segment meets the plane of the right one.
   std::optional<Placed> PlaceEnd(const LineSegment& left, const LineSegment& right, int end) const {
@@ -76,7 +78,7 @@ class PairGeometry {
   std::optional<Vector3d> Meet(const Vector3d& left_ray, const LineSegment& right) const {
     const Vector3d normal = T_left_right_.rotation * Ray(right.start).cross(Ray(right.end));
     const double depth_m = normal.dot(T_left_right_.translation) / normal.dot(left_ray);
-    if (!(depth_m > kLeastDepth_m && depth_m < options_.max_depth_m)) return std::nullopt;
+    if (!(depth_m > kLeastDepth_m && depth_m < kMaxDepth_m)) return std::nullopt;
     return depth_m * left_ray;
   }
 
@@ -91,11 +93,10 @@ class PairGeometry {
     }
     const Eigen::SelfAdjointEigenSolver<Matrix3d> spread(place.covariance_m2,
                                                          Eigen::EigenvaluesOnly);
-    if (!(std::sqrt(spread.eigenvalues()[2]) <= options_.max_sigma_m)) return std::nullopt;
+    if (!(std::sqrt(spread.eigenvalues()[2]) <= kPlacementMaxSigma_m)) return std::nullopt;
     return place;
   }
 
-  const PlacementOptions& options_;
   const RigidTransform T_imu_left_, T_left_right_;
   const double sigma_;
 };
@@ -129,15 +130,13 @@ Distance2 DistanceFrom(const PlacedInWorld& place, const Vector3d& p, const Vect
 // Finds the true edge that an observation lies on.
 class EdgeFinder {
  public:
-  EdgeFinder(const TrueEdges& edges, const PlacementOptions& options)
-      : edges_(edges),
-        options_(options),
-        least_cosine_(std::cos(options.max_angle_deg * std::numbers::pi / 180)) {}
+  EdgeFinder(const TrueEdges& edges)
+      : edges_(edges), least_cosine_(std::cos(kPlacementMaxAngle_deg * std::numbers::pi / 180)) {}
 
   // Its index in TrueEdges::whole; nothing where there is none, or several are as near.
   std::optional<size_t> Find(const std::array<PlacedInWorld, 2>& ends) const {
     std::optional<size_t> best;
-    double best_chi2 = 2 * options_.max_sigmas * options_.max_sigmas, other_chi2 = HUGE_VAL;
+    double best_chi2 = 2 * kMaxSigmas * kMaxSigmas, other_chi2 = HUGE_VAL;
     std::vector<std::pair<double, size_t>> near;
     for (size_t i = 0; i < edges_.whole.size(); ++i) {
       const double chi2 = Chi2(ends, edges_.whole[i]);
@@ -164,13 +163,12 @@ class EdgeFinder {
     const Vector3d middle = 0.5 * (ends[0].p_world + ends[1].p_world) - edge.start_world;
     const double along_m = direction.dot(middle);
     if (along_m < -kBeyondEnds_m || along_m > length_m + kBeyondEnds_m) return HUGE_VAL;
-    const double limit_m = options_.max_edge_distance_m;
+    const double limit_m = kMaxEdgeDistance_m;
     if ((middle - along_m * direction).squaredNorm() > limit_m * limit_m) return HUGE_VAL;
     if (!IsAlong(ends, direction)) return HUGE_VAL;
     double chi2 = 0;
     for (const PlacedInWorld& end : ends) {
-      const Distance2 distance =
-          DistanceFrom(end, edge.start_world, direction, options_.edge_sigma_m);
+      const Distance2 distance = DistanceFrom(end, edge.start_world, direction, kEdgeSigma_m);
       if (distance.m2 > limit_m * limit_m) return HUGE_VAL;
       chi2 += distance.chi2;
     }
@@ -194,24 +192,19 @@ class EdgeFinder {
   }
 
   const TrueEdges& edges_;
-  const PlacementOptions& options_;
   const double least_cosine_;
 };
 
 }  // namespace
-
-void PlacementOptions::Check() const { kObservationsTable.Check("placement", *this); }
 
 PlacedInWorld InWorld(const Placed& place, const RigidTransform& T_world_imu) {
   const Matrix3d rotation = T_world_imu.rotation.toRotationMatrix();
   return {T_world_imu * place.p_imu, rotation * place.covariance_m2 * rotation.transpose()};
 }
 
-ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options,
-                                        const Progress& progress) {
-  options.Check();
+ReferenceObservations ObservationsOfRun(const OdometryRun& run, const Progress& progress) {
   const Rig& rig = run.rectified_rig;
-  const PairGeometry geometry(rig, options);
+  const PairGeometry geometry(rig);
   ReferenceObservations found;
   double done = 0;
   for (const Keyframe& keyframe : run.keyframes) {
@@ -233,10 +226,8 @@ ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementO
 }
 
 std::vector<EdgeObservation> OnTrueEdges(const std::vector<EdgeObservation>& observations,
-                                         const Trajectory& truth, const TrueEdges& edges,
-                                         const PlacementOptions& options) {
-  options.Check();
-  const EdgeFinder finder(edges, options);
+                                         const Trajectory& truth, const TrueEdges& edges) {
+  const EdgeFinder finder(edges);
   std::vector<EdgeObservation> found;
   for (const EdgeObservation& observation : observations) {
     const std::optional<RigidTransform> pose = PoseAt(truth, observation.stamp_ns);

@@ -13,19 +13,6 @@
 
 namespace slcmap::inline evaluation {
 
-struct PlacementOptions {
-  double sigma_px = 0.1;      // of an observed edge or point, across it
-  double max_sigma_m = 0.05;  // of a place, where that is largest: what is known worse is left out
-  double max_depth_m = 10;
-  // An edge's observation belongs to a true edge when both its ends are nearer to it than this,
-  // counted in standard deviations (of the place, and of edge_sigma_m beside it) and in metres.
-  double max_sigmas = 3;
-  double edge_sigma_m = 0.005;
-  double max_edge_distance_m = 0.1;
-  double max_angle_deg = 15;  // between them, where the observation is long enough to tell
-  void Check() const;         // throws ConfigError
-};
-
 // A place in the frame of the IMU, from one stereo pair alone.
 struct Placed {
   Eigen::Vector3d p_imu = Eigen::Vector3d::Zero();
@@ -52,15 +39,13 @@ struct ReferenceObservations {
 
 // The observations of a run's lines and points by both cameras. Edges are those that the run took
 // its lines to be. Throws StoppedError when progress says so.
-ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options,
-                                        const Progress& progress = {});
+ReferenceObservations ObservationsOfRun(const OdometryRun& run, const Progress& progress = {});
 
 // The same observations of edges, told apart by the true edges that they lie on from true poses, so
 // that an edge that is seen again later is one edge, whatever the run took it for. What is on none,
 // or on several, is left out; so is what has no true pose.
 std::vector<EdgeObservation> OnTrueEdges(const std::vector<EdgeObservation>& observations,
-                                         const Trajectory& truth, const TrueEdges& edges,
-                                         const PlacementOptions& options);
+                                         const Trajectory& truth, const TrueEdges& edges);
 
 // Those that all trajectories have a pose for.
 ReferenceObservations SeenByAll(const ReferenceObservations& observations,

@@ -16,15 +16,28 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr int kMinNeighbours = 8;    // within it, the point included
+constexpr int kMaxPoints = 20000;    // whose neighbourhoods are looked at, evenly over the cloud
+constexpr int kMaxNeighbours = 400;  // of one point, evenly over them
+// A neighbourhood is of a plane where its least variance is below this share of the next.
+constexpr double kMaxFlatness = 0.1;
+constexpr double kThickness_m = 0.04;       // a point of a wall is at most so far from its middle
+constexpr double kFinderMaxSigma_m = 0.03;  // of a point across it
+constexpr double kFinderMaxGap_m = 1.5;     // along it between points
+constexpr double kMinLength_m = 2;
+constexpr double kMinHeight_m = 0.8;
+constexpr int kMinPoints = 60;
+// A line's direction counts where it is known so well and the line is so long.
+constexpr double kMaxDirectionSigma_rad = 0.01;
+constexpr double kMinLine_m = 0.3;
+constexpr double kMaxFlatSigma_m = 0.02;  // of the points whose flatness is measured
+constexpr double kDenseRadius_m = 0.1;    // the same of a dense cloud: of a point's neighbourhood
+
 constexpr double kLeastVariance_m2 = 1e-12;  // of a micrometre: keeps the entropy finite
 
 constexpr OptionTable kFlatnessTable{
     Option{"radius_m", &FlatnessOptions::radius_m, 1e-3, 10.0},
-    Option{"min_neighbours", &FlatnessOptions::min_neighbours, 4, 10000},
-    Option{"max_points", &FlatnessOptions::max_points, 1, 100000000},
-    Option{"max_neighbours", &FlatnessOptions::max_neighbours, 4, 100000},
-    Option{"max_angle_deg", &FlatnessOptions::max_angle_deg, 0.1, 20.0},
-    Option{"max_flatness", &FlatnessOptions::max_flatness, 0.0, 1.0}};
+    Option{"max_angle_deg", &FlatnessOptions::max_angle_deg, 0.1, 20.0}};
 
 // The variances of a neighbourhood along its principal directions, ascending.
 struct Neighbourhood {
@@ -46,9 +59,8 @@ class Neighbourhoods {
   std::optional<Neighbourhood> Around(size_t point) {
     tree_.FindWithin(places_[point], options_.radius_m, &near_);
     const std::vector<int>& found = near_.items;
-    if (static_cast<int>(found.size()) < options_.min_neighbours) return std::nullopt;
-    const size_t step =
-        (found.size() + options_.max_neighbours - 1) / static_cast<size_t>(options_.max_neighbours);
+    if (static_cast<int>(found.size()) < kMinNeighbours) return std::nullopt;
+    const size_t step = (found.size() + kMaxNeighbours - 1) / static_cast<size_t>(kMaxNeighbours);
     Vector3d mean = Vector3d::Zero();
     Matrix3d products = Matrix3d::Zero();
     double count = 0;
@@ -85,7 +97,7 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const Flatne
   std::vector<WeightedDirection> normals;
   std::vector<double> variances_m2;
   for (const Neighbourhood& n : all) {
-    if (n.variances_m2[0] > options.max_flatness * n.variances_m2[1]) continue;
+    if (n.variances_m2[0] > kMaxFlatness * n.variances_m2[1]) continue;
     normals.push_back({n.normal, 1});
     variances_m2.push_back(n.variances_m2[0]);
   }
@@ -114,8 +126,7 @@ std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& poin
   if (points.empty()) return std::nullopt;
   Neighbourhoods neighbourhoods(points, options);
   std::vector<Neighbourhood> all;
-  const size_t step =
-      (points.size() + options.max_points - 1) / static_cast<size_t>(options.max_points);
+  const size_t step = (points.size() + kMaxPoints - 1) / static_cast<size_t>(kMaxPoints);
   for (size_t i = 0; i < points.size(); i += step) {
     if (i % 100 == 0) {
       progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(points.size()));
@@ -143,14 +154,6 @@ constexpr double kBin_m = 0.01;        // of the search for offsets
 constexpr double kInFront_m = 0.1;     // of a wall the camera is
 constexpr double kFloorStrip_m = 0.5;  // of the length of a wall, each with points in it
 constexpr double kFilled = 0.6;        // of these strips
-
-constexpr OptionTable kFinderTable{
-    Option{"thickness_m", &WallFinderOptions::thickness_m, 1e-3, 1.0},
-    Option{"max_sigma_m", &WallFinderOptions::max_sigma_m, 1e-4, 1.0},
-    Option{"max_gap_m", &WallFinderOptions::max_gap_m, 0.1, 100.0},
-    Option{"min_length_m", &WallFinderOptions::min_length_m, 0.1, 100.0},
-    Option{"min_height_m", &WallFinderOptions::min_height_m, 0.1, 100.0},
-    Option{"min_points", &WallFinderOptions::min_points, 3, 1000000}};
 
 struct Candidate {
   size_t index = 0;  // of the point
@@ -188,29 +191,27 @@ double FullestOffset_m(const std::vector<Candidate>& sorted, double thickness_m,
   return fullest_m;
 }
 
-bool IsWall(const std::vector<Candidate>& piece, const WallFinderOptions& options) {
-  if (static_cast<int>(piece.size()) < options.min_points) return false;
+bool IsWall(const std::vector<Candidate>& piece) {
+  if (static_cast<int>(piece.size()) < kMinPoints) return false;
   const double length_m = piece.back().along_m - piece.front().along_m;
-  if (length_m < options.min_length_m) return false;
+  if (length_m < kMinLength_m) return false;
   const auto [low, high] = std::minmax_element(
       piece.begin(), piece.end(), [](const auto& a, const auto& b) { return a.up_m < b.up_m; });
-  if (high->up_m - low->up_m < options.min_height_m) return false;
+  if (high->up_m - low->up_m < kMinHeight_m) return false;
   std::map<int64_t, int> strips;
   for (const Candidate& c : piece) ++strips[std::lround(c.along_m / kFloorStrip_m)];
   return static_cast<double>(strips.size()) > kFilled * length_m / kFloorStrip_m;
 }
 
 // Cuts what shares an offset where nothing is along it.
-void AddPieces(std::vector<Candidate> layer, const WallFinderOptions& options,
-               std::vector<FoundWall>* walls) {
+void AddPieces(std::vector<Candidate> layer, std::vector<FoundWall>* walls) {
   std::sort(layer.begin(), layer.end(),
             [](const auto& a, const auto& b) { return a.along_m < b.along_m; });
   std::vector<Candidate> piece;
   for (size_t i = 0; i <= layer.size(); ++i) {
-    const bool ends =
-        i == layer.size() ||
-        (!piece.empty() && layer[i].along_m > piece.back().along_m + options.max_gap_m);
-    if (ends && IsWall(piece, options)) {
+    const bool ends = i == layer.size() ||
+                      (!piece.empty() && layer[i].along_m > piece.back().along_m + kFinderMaxGap_m);
+    if (ends && IsWall(piece)) {
       FoundWall wall{static_cast<int64_t>(walls->size()), {}};
       for (const Candidate& c : piece) wall.points.push_back(c.index);
       walls->push_back(std::move(wall));
@@ -220,38 +221,33 @@ void AddPieces(std::vector<Candidate> layer, const WallFinderOptions& options,
   }
 }
 
-void FindAcross(std::vector<Candidate> candidates, const WallFinderOptions& options,
-                std::vector<FoundWall>* walls) {
+void FindAcross(std::vector<Candidate> candidates, std::vector<FoundWall>* walls) {
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.offset_m < b.offset_m; });
-  while (static_cast<int>(candidates.size()) >= options.min_points) {
+  while (static_cast<int>(candidates.size()) >= kMinPoints) {
     size_t count = 0;
-    const double offset_m = FullestOffset_m(candidates, options.thickness_m, &count);
-    if (static_cast<int>(count) < options.min_points) return;
+    const double offset_m = FullestOffset_m(candidates, kThickness_m, &count);
+    if (static_cast<int>(count) < kMinPoints) return;
     const auto in_layer = [&](const Candidate& c) {
-      return std::abs(c.offset_m - offset_m) <= options.thickness_m;
+      return std::abs(c.offset_m - offset_m) <= kThickness_m;
     };
     std::vector<Candidate> layer;
     std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(layer), in_layer);
     std::erase_if(candidates, in_layer);
-    AddPieces(std::move(layer), options, walls);
+    AddPieces(std::move(layer), walls);
   }
 }
 
 }  // namespace
 
-void WallFinderOptions::Check() const { kFinderTable.Check("walls", *this); }
-
 std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
-                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes,
-                                 const WallFinderOptions& options) {
-  options.Check();
+                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes) {
   std::vector<FoundWall> walls;
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(axes(2, axis)) > kLevel) continue;
     for (const double side : {1.0, -1.0}) {
       const Vector3d normal = side * Vector3d(axes(0, axis), axes(1, axis), 0).normalized();
-      FindAcross(Before(points, trajectory, normal, options.max_sigma_m), options, &walls);
+      FindAcross(Before(points, trajectory, normal, kFinderMaxSigma_m), &walls);
     }
   }
   return walls;
@@ -280,12 +276,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges,
-                                                 const StraightnessOptions& options) {
+std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges) {
   std::vector<WeightedDirection> directions;
   for (const FittedEdge& line : edges.lines) {
-    if (line.length_m < options.min_line_m) continue;
-    if (line.direction_sigma_rad > options.max_direction_sigma_rad) continue;
+    if (line.length_m < kMinLine_m) continue;
+    if (line.direction_sigma_rad > kMaxDirectionSigma_rad) continue;
     directions.push_back({line.direction_world, line.length_m});
   }
   return directions;
@@ -314,21 +309,18 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
   const Trajectory& poses = reference.true_poses ? truth.trajectory : final_poses;
   std::vector<const Trajectory*> all = trajectories;
   all.push_back(&poses);
-  reference.observations =
-      SeenByAll(ObservationsOfRun(run, options.placement, progress.Part(0, 0.2)), all);
+  reference.observations = SeenByAll(ObservationsOfRun(run, progress.Part(0, 0.2)), all);
   progress.ReportOrStop(0.3);
   std::vector<EdgeObservation>& edges = reference.observations.edges;
-  edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges, options.placement)
+  edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges)
                                : OfOneEdge(edges, poses, options.edges);
   progress.ReportOrStop(0.6);
   const auto directions = MeasureDirections(
-      CollectDirections(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9)),
-                        options),
+      CollectDirections(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9))),
       options.directions);
   progress.ReportOrStop(0.9);
   if (directions) {
-    reference.walls =
-        FindWalls(reference.observations.points, poses, directions->axes, options.walls);
+    reference.walls = FindWalls(reference.observations.points, poses, directions->axes);
   }
   return reference;
 }
@@ -340,11 +332,9 @@ Straightness MeasureStraightness(const StraightnessReference& reference,
   Straightness result;
   result.edges =
       RetriangulateEdges(observations.edges, trajectory, options.edges, progress.Part(0, 0.4));
-  result.directions =
-      MeasureDirections(CollectDirections(result.edges, options), options.directions);
-  result.flatness =
-      MeasureFlatness(FlatPoints(observations.points, trajectory, options.max_flat_sigma_m),
-                      options.flatness, progress.Part(0.4, 0.8));
+  result.directions = MeasureDirections(CollectDirections(result.edges), options.directions);
+  result.flatness = MeasureFlatness(FlatPoints(observations.points, trajectory, kMaxFlatSigma_m),
+                                    options.flatness, progress.Part(0.4, 0.8));
   progress.ReportOrStop(0.8);
   const std::vector<SurveyedPoints> walls =
       PlaceWalls(reference.walls, observations.points, trajectory);
@@ -368,10 +358,9 @@ MapStraightness MeasureMapStraightness(const Building& building,
     if (point.source == DenseSource::kStereo) points.push_back(point.p_world);
   }
   FlatnessOptions flatness = options.flatness;
-  flatness.radius_m = options.dense_radius_m;
+  flatness.radius_m = kDenseRadius_m;
   return {MeasureFlatness(points, flatness, progress),
-          SurveyWalls(WallsOfMap(building, cloud, options.map_walls), Vector3d::UnitZ(),
-                      options.survey)};
+          SurveyWalls(WallsOfMap(building, cloud), Vector3d::UnitZ(), options.survey)};
 }
 
 }  // namespace slcmap::evaluation

@@ -16,13 +16,8 @@ namespace slcmap::inline evaluation {
 
 struct FlatnessOptions {
   double radius_m = 0.3;      // of a point's neighbourhood
-  int min_neighbours = 8;     // within it, the point included
-  int max_points = 20000;     // whose neighbourhoods are looked at, evenly over the cloud
-  int max_neighbours = 400;   // of one point, evenly over them
   double max_angle_deg = 10;  // of a normal from an axis, for MOM
-  // A neighbourhood is of a plane where its least variance is below this share of the next.
-  double max_flatness = 0.1;
-  void Check() const;  // throws ConfigError
+  void Check() const;         // throws ConfigError
 };
 
 // A. Kornilova and G. Ferrer, "Be your own benchmark: no-reference trajectory metric on
@@ -45,15 +40,6 @@ std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Eigen::Vector3d
 
 // Which points of a run lie on which wall: found once, for all trajectories of a sequence.
 
-struct WallFinderOptions {
-  double thickness_m = 0.04;  // a point of a wall is at most so far from its middle
-  double max_sigma_m = 0.03;  // of a point across it
-  double max_gap_m = 1.5;     // along it between points
-  double min_length_m = 2, min_height_m = 0.8;
-  int min_points = 60;
-  void Check() const;  // throws ConfigError
-};
-
 // Indices of points that lie on one face of a wall.
 struct FoundWall {
   int64_t wall = 0;
@@ -63,8 +49,7 @@ struct FoundWall {
 // Looks for upright planes square to `axes` (columns; those that are nearly level) among points
 // with the poses of one trajectory. Points on both sides of a wall are of two.
 std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
-                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes,
-                                 const WallFinderOptions& options);
+                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes);
 
 // The points of the walls with the poses of another trajectory, to be surveyed. What it has no pose
 // for is left out.
@@ -76,16 +61,9 @@ std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
 // with the same observations.
 
 struct StraightnessOptions {
-  PlacementOptions placement;
   EdgeStraightnessOptions edges;
-  // A line's direction counts where it is known so well and the line is so long.
-  double max_direction_sigma_rad = 0.01, min_line_m = 0.3;
   DirectionOptions directions;
-  double max_flat_sigma_m = 0.02;  // of the points whose flatness is measured
   FlatnessOptions flatness;
-  double dense_radius_m = 0.1;  // the same of a dense cloud: of a point's neighbourhood
-  WallFinderOptions walls;
-  MapWallOptions map_walls;
   SurveyOptions survey;
 };
 

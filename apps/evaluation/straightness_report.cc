@@ -153,7 +153,7 @@ std::string SurveyRows(const Survey& survey, const Survey* added_survey, const S
   std::string text = fmt::format("walls     {} faces\n", survey.walls.size());
   text += GapRows(summary, added ? &*added : nullptr);
   text += fmt::format("lean      {} mm a storey of {} m (median), {} mm (worst)\n",
-                      FigureText(1e3 * summary.lean_median_m, 1), options.storey_m,
+                      FigureText(1e3 * summary.lean_median_m, 1), kSurveyStorey_m,
                       FigureText(1e3 * summary.lean_worst_m, 1));
   text += fmt::format("distances {} between faces, known to +-{} mm (95 %, median): {}\n",
                       summary.distances, FigureText(1e3 * summary.distance_bound_median_m, 1),

@@ -15,6 +15,8 @@
 namespace slcmap::inline evaluation {
 namespace {
 
+constexpr double kCell_m = 0.05;  // a sample of the surfaces a cube of this edge
+
 double ShareWithin(const std::vector<double>& distances_m, double tolerance_m) {
   const auto is_within = [&](double distance_m) { return distance_m <= tolerance_m; };
   return ComputeShare(std::count_if(distances_m.begin(), distances_m.end(), is_within),
@@ -325,7 +327,7 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
   SurfaceMetrics metrics;
   if (!inputs.cloud.empty()) {
     const EvaluatedCloud cloud = Aligned(alignment, ReadEvaluatedCloud(inputs.cloud));
-    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, visibility.cell_m), cloud, options);
+    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, kCell_m), cloud, options);
   }
   if (!inputs.occupancy.empty()) {
     metrics.occupancy = EvaluateOccupancy(surfaces, views, OccupancyMap::Read(inputs.occupancy),

@@ -14,6 +14,10 @@
 namespace slcmap::inline evaluation {
 namespace {
 
+constexpr double kInitialisation_s = 1;  // of a sequence; what may go without a pose
+constexpr double kMinCoverage = 0.99;    // after initialisation; below it, a result is flagged
+constexpr double kMaxLoopGap = 0.05;     // of the path: the truth ends this near to its start
+
 // Minimises sum |truth - Rz(yaw) estimate - t|^2: with both sets centred, the sum falls with
 // cos(yaw) * sum(xe xt + ye yt) + sin(yaw) * sum(xe yt - ye xt).
 Alignment AlignPositionYaw(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd& truth) {
@@ -116,11 +120,9 @@ bool HasPoseWithin(const Trajectory& estimate, int64_t stamp_ns, int64_t toleran
 }
 
 Coverage MeasureCoverage(const std::vector<int64_t>& reference_stamps_ns,
-                         const Trajectory& estimate, int64_t period_ns,
-                         const TrajectoryMetricOptions& options) {
+                         const Trajectory& estimate, int64_t period_ns) {
   const auto tolerance_ns = static_cast<int64_t>(kCoveredFrames * static_cast<double>(period_ns));
-  const int64_t initialised_ns =
-      reference_stamps_ns.front() + ToNanoseconds(options.initialisation_s);
+  const int64_t initialised_ns = reference_stamps_ns.front() + ToNanoseconds(kInitialisation_s);
   int64_t covered = 0, later = 0, later_covered = 0;
   for (const int64_t stamp_ns : reference_stamps_ns) {
     const bool has_pose = HasPoseWithin(estimate, stamp_ns, tolerance_ns);
@@ -134,7 +136,7 @@ Coverage MeasureCoverage(const std::vector<int64_t>& reference_stamps_ns,
   coverage.after_initialisation =
       later == 0 ? coverage.overall
                  : static_cast<double>(later_covered) / static_cast<double>(later);
-  coverage.flagged = coverage.after_initialisation < options.min_coverage;
+  coverage.flagged = coverage.after_initialisation < kMinCoverage;
   return coverage;
 }
 
@@ -254,12 +256,9 @@ void TrajectoryMetricOptions::Check() const {
     throw ConfigError(
         fmt::format("--max-truth-gap: found {}, expected more than 0 s", max_truth_gap_s));
   }
-  if (initialisation_s < 0) throw ConfigError("initialisation_s: expected at least 0");
-  if (min_coverage < 0 || min_coverage > 1) throw ConfigError("min_coverage: expected 0 to 1");
   if (!std::all_of(rpe_lengths_m.begin(), rpe_lengths_m.end(), positive)) {
     throw ConfigError("rpe_lengths_m: expected lengths of more than 0");
   }
-  if (max_loop_gap < 0) throw ConfigError("max_loop_gap: expected at least 0");
 }
 
 ErrorStatistics Statistics(std::vector<double> errors) {
@@ -298,7 +297,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
   if (stamps_ns.empty()) {
     for (const StampedPose& pose : truth) stamps_ns.push_back(pose.stamp_ns);
   }
-  metrics.coverage = MeasureCoverage(stamps_ns, estimate, period_ns, options);
+  metrics.coverage = MeasureCoverage(stamps_ns, estimate, period_ns);
 
   const std::vector<double> lengths_m = TruthLengths(metrics.poses);
   metrics.truth_length_m = lengths_m.back();
@@ -310,7 +309,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
   for (const double length_m : options.rpe_lengths_m) {
     metrics.relative.push_back(MeasureRelative(metrics.poses, lengths_m, length_m));
   }
-  metrics.loop = MeasureLoop(metrics.poses, metrics.truth_length_m, options.max_loop_gap);
+  metrics.loop = MeasureLoop(metrics.poses, metrics.truth_length_m, kMaxLoopGap);
   metrics.heading_error_deg = MeasureHeading(metrics.poses);
   return metrics;
 }

@@ -40,11 +40,8 @@ Alignment Align(AlignmentKind kind, const Eigen::Matrix3Xd& estimate,
 
 struct TrajectoryMetricOptions {
   double max_truth_gap_s = 0.1;  // the truth is not interpolated across longer gaps
-  double initialisation_s = 1;   // of a sequence; what may go without a pose
-  double min_coverage = 0.99;    // after initialisation; below it, a result is flagged
   std::vector<double> rpe_lengths_m = {1, 5, 10};
-  double max_loop_gap = 0.05;  // of the path: the truth ends this near to its start
-  void Check() const;          // throws ConfigError
+  void Check() const;  // throws ConfigError
 };
 
 // Statistics of a set of errors, in their unit.

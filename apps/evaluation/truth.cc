@@ -15,6 +15,10 @@
 namespace slcmap::inline evaluation {
 namespace {
 
+constexpr double kViewMinLength_m = 0.3;  // of an edge
+constexpr double kViewMargin_m = 0.002;  // a surface this near in front of a place does not hide it
+constexpr double kMaxRange_m = 8;        // what is further away was not seen
+
 constexpr char kColumns[] = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m";
 
 bool HasExtent(const PlySegment& segment) {
@@ -248,9 +252,7 @@ namespace {
 
 constexpr OptionTable kVisibilityTable{
     Option{"interval_s", &VisibilityOptions::interval_s, 1e-3, 1e3},
-    Option{"stride_px", &VisibilityOptions::stride_px, 1, 1000},
-    Option{"max_range_m", &VisibilityOptions::max_range_m, 0.1, 1e3},
-    Option{"cell_m", &VisibilityOptions::cell_m, 1e-3, 10.0}};
+    Option{"stride_px", &VisibilityOptions::stride_px, 1, 1000}};
 
 std::vector<Eigen::Vector3d> CollectRays(const Camera& camera, int stride_px) {
   std::vector<Eigen::Vector3d> rays;
@@ -287,7 +289,7 @@ std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Tr
     ReferenceView view{T_world_camera.translation, {}};
     for (const Eigen::Vector3d& ray : rays) {
       const Eigen::Vector3d direction = T_world_camera.rotation * ray;
-      const double range_m = surfaces.FirstHit_m(view.p_camera, direction, options.max_range_m);
+      const double range_m = surfaces.FirstHit_m(view.p_camera, direction, kMaxRange_m);
       if (std::isfinite(range_m)) view.ends.emplace_back(view.p_camera + range_m * direction);
     }
     views.push_back(std::move(view));
@@ -314,12 +316,10 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 namespace {
 
-constexpr OptionTable kEdgesTable{Option{"min_length_m", &ClearViewOptions::min_length_m, 0.0, 1e3},
-                                  Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
+constexpr OptionTable kEdgesTable{Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
                                   Option{"min_frames", &ClearViewOptions::min_frames, 1, 1000000},
                                   Option{"interval_s", &ClearViewOptions::interval_s, 1e-3, 1e3},
-                                  Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0},
-                                  Option{"margin_m", &ClearViewOptions::margin_m, 0.0, 0.1}};
+                                  Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0}};
 
 double EdgeLength(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
@@ -368,10 +368,10 @@ struct Watcher {
   bool Sees(const RigidTransform& T_world_camera, const Eigen::Vector3d& p_world) const {
     const Eigen::Vector3d to_place = p_world - T_world_camera.translation;
     const double distance_m = to_place.norm();
-    if (distance_m > options.max_range_m || distance_m <= options.margin_m) return false;
+    if (distance_m > options.max_range_m || distance_m <= kViewMargin_m) return false;
     const auto px = camera.Project(T_world_camera.rotation.conjugate() * to_place);
     if (!px || !camera.Contains(*px)) return false;
-    const double free_m = distance_m - options.margin_m;
+    const double free_m = distance_m - kViewMargin_m;
     return !std::isfinite(
         surfaces.FirstHit_m(T_world_camera.translation, to_place / distance_m, free_m));
   }
@@ -405,7 +405,7 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
                                     const ClearViewOptions& options, const Progress& progress) {
   options.Check();
   std::vector<WatchedEdge> watched;
-  for (const PlySegment& piece : LongEdges(edges, options.min_length_m)) {
+  for (const PlySegment& piece : LongEdges(edges, kViewMinLength_m)) {
     const double samples = std::max(std::round(EdgeLength(piece) / options.sample_m), 1.0);
     watched.push_back({piece, std::vector<int>(static_cast<std::size_t>(samples), 0)});
   }

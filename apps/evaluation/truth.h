@@ -89,8 +89,6 @@ std::vector<Triangle> ReadSurfaces(const std::string& path);
 struct VisibilityOptions {
   double interval_s = 0.25;  // between the poses that are looked from
   int stride_px = 6;         // between the rays of an image
-  double max_range_m = 8;    // what is further away was not seen
-  double cell_m = 0.05;      // a sample of the surfaces a cube of this edge
   void Check() const;        // throws ConfigError
 };
 
@@ -121,13 +119,11 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 // Which parts of a building's true edges the cameras saw well, from true poses.
 
 struct ClearViewOptions {
-  double min_length_m = 0.3;  // of an edge
-  double max_range_m = 8;     // from which a frame shows a place of it
-  int min_frames = 20;        // that do
-  double interval_s = 0.05;   // between frames, however many images a second there are
-  double sample_m = 0.04;     // along an edge
-  double margin_m = 0.002;    // a surface this near in front of a place does not hide it
-  void Check() const;         // throws ConfigError
+  double max_range_m = 8;    // from which a frame shows a place of it
+  int min_frames = 20;       // that do
+  double interval_s = 0.05;  // between frames, however many images a second there are
+  double sample_m = 0.04;    // along an edge
+  void Check() const;        // throws ConfigError
 };
 
 // The parts of the edges that the left camera saw often enough from near enough, not hidden by the

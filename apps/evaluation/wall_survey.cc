@@ -18,6 +18,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr int kSurveyMinPoints = 5;         // that a place is made of
+constexpr double kPointSigma_m = 0.005;     // no point counts as if it were known better
+constexpr double kSurveyMinLength_m = 1;    // of a wall
+constexpr double kSurveyMinHeight_m = 0.8;  // for its verticality
+// between opposite faces; between square ones from 90 degrees
+constexpr double kMaxParallel_deg = 3;
+// of a point from the plane that says which wall it is of
+constexpr double kMapWallMaxDistance_m = 0.05;
+constexpr double kMapWallMaxAngle_deg = 20;  // between their normals
+
 constexpr int kSurveyIterations = 6;
 constexpr double kCauchy_m = 0.02;    // a point so far from its face counts half
 constexpr double kKnownPlaces = 0.7;  // of those under a straightedge
@@ -27,14 +37,7 @@ constexpr double kSurveyMostApart_m = 30;     // the same; DIN 18202 goes no fur
 constexpr double kNear_m = 1;                 // of faces that an angle is between, at their ends
 constexpr double kMedianSpread = 1.2533;
 
-constexpr OptionTable kSurveyTable{
-    Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0},
-    Option{"min_points", &SurveyOptions::min_points, 1, 100000},
-    Option{"point_sigma_m", &SurveyOptions::point_sigma_m, 1e-6, 1.0},
-    Option{"min_length_m", &SurveyOptions::min_length_m, 0.1, 100.0},
-    Option{"min_height_m", &SurveyOptions::min_height_m, 0.1, 100.0},
-    Option{"storey_m", &SurveyOptions::storey_m, 0.1, 100.0},
-    Option{"max_parallel_deg", &SurveyOptions::max_parallel_deg, 0.1, 20.0}};
+constexpr OptionTable kSurveyTable{Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0}};
 
 // A plane with axes of its own: along (level), upwards on it, and its normal.
 struct Face {
@@ -48,13 +51,12 @@ struct Face {
   double Off(const Vector3d& p) const { return normal.dot(p - middle); }
 };
 
-double NormalVariance(const PlacedInWorld& point, const Vector3d& normal,
-                      const SurveyOptions& options) {
-  return normal.dot(point.covariance_m2 * normal) + options.point_sigma_m * options.point_sigma_m;
+double NormalVariance(const PlacedInWorld& point, const Vector3d& normal) {
+  return normal.dot(point.covariance_m2 * normal) + kPointSigma_m * kPointSigma_m;
 }
 
 // Least squares with Cauchy's loss, from the plane of the points' largest extents.
-Face FitFace(const SurveyedPoints& wall, const Vector3d& up, const SurveyOptions& options) {
+Face FitFace(const SurveyedPoints& wall, const Vector3d& up) {
   std::vector<double> weights(wall.points.size(), 1);
   Face face;
   for (int iteration = 0; iteration < kSurveyIterations; ++iteration) {
@@ -76,7 +78,7 @@ Face FitFace(const SurveyedPoints& wall, const Vector3d& up, const SurveyOptions
     face.SetNormal(normal, up);
     for (size_t i = 0; i < weights.size(); ++i) {
       const double off = face.Off(wall.points[i].p_world) / kCauchy_m;
-      weights[i] = 1 / (NormalVariance(wall.points[i], normal, options) * (1 + off * off));
+      weights[i] = 1 / (NormalVariance(wall.points[i], normal) * (1 + off * off));
     }
   }
   return face;
@@ -115,7 +117,7 @@ class ProfileMaker {
     }
     std::vector<ProfilePlace> profile;
     for (const auto& [place, around] : places) {
-      if (static_cast<int>(around.size()) >= options_.min_points) {
+      if (static_cast<int>(around.size()) >= kSurveyMinPoints) {
         profile.push_back(MakeProfilePlace(around));
       }
     }
@@ -129,7 +131,7 @@ class ProfileMaker {
     std::vector<WeightedValue> off, spread;
     double along_m = 0, weights = 0;
     for (const PlacedInWorld* p : around) {
-      const double weight = 1 / NormalVariance(*p, face_.normal, options_);
+      const double weight = 1 / NormalVariance(*p, face_.normal);
       off.push_back({face_.Off(p->p_world), weight});
       along_m += weight * Along(*p);
       weights += weight;
@@ -212,7 +214,7 @@ double ComputeSigma(const std::vector<ProfilePlace>& profile) {
 std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up,
                                         const SurveyOptions& options) {
   if (wall.points.size() < 3) return std::nullopt;
-  const Face face = FitFace(wall, up, options);
+  const Face face = FitFace(wall, up);
   std::vector<double> along_m, up_m;
   SurveyedFace result;
   result.wall = wall.wall;
@@ -228,7 +230,7 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
   const SurveyExtent along = Inner(along_m), upwards = Inner(up_m);
   result.length_m = along.Length();
   result.height_m = upwards.Length();
-  if (!(result.length_m >= options.min_length_m)) return std::nullopt;
+  if (!(result.length_m >= kSurveyMinLength_m)) return std::nullopt;
   result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
   result.profile = ProfileMaker(face, options).Make(wall.points);
@@ -237,8 +239,8 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
     const auto gap_m = GapUnder_m(result.profile, length_m, options.step_m);
     if (gap_m) result.gaps.push_back({length_m, *gap_m});
   }
-  if (result.height_m >= options.min_height_m) {
-    result.lean_m = options.storey_m * std::abs(std::asin(face.normal.dot(up)));
+  if (result.height_m >= kSurveyMinHeight_m) {
+    result.lean_m = kSurveyStorey_m * std::abs(std::asin(face.normal.dot(up)));
   }
   return result;
 }
@@ -255,9 +257,8 @@ SurveyExtent FindExtent(const SurveyedFace& wall, const Vector3d& direction, con
 }
 
 std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const SurveyedFace& b,
-                                            const Vector3d& up, const SurveyOptions& options) {
-  if (a.normal_world.dot(b.normal_world) >
-      -std::cos(options.max_parallel_deg / kDegreesPerRadian)) {
+                                            const Vector3d& up) {
+  if (a.normal_world.dot(b.normal_world) > -std::cos(kMaxParallel_deg / kDegreesPerRadian)) {
     return std::nullopt;
   }
   const Vector3d along = up.cross(a.normal_world).normalized();
@@ -276,10 +277,10 @@ std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const Surveye
 }
 
 std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace& b,
-                                      const Vector3d& up, const SurveyOptions& options) {
+                                      const Vector3d& up) {
   const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
   const double off_rad = std::asin(level(a.normal_world).dot(level(b.normal_world)));
-  if (std::abs(off_rad) > options.max_parallel_deg / kDegreesPerRadian) return std::nullopt;
+  if (std::abs(off_rad) > kMaxParallel_deg / kDegreesPerRadian) return std::nullopt;
   // Each reaches, within a metre, to where the other's plane is.
   for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     const SurveyExtent stretch = FindExtent(*wall, other->normal_world, other->middle_world, up);
@@ -327,8 +328,8 @@ std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
                                    [&](const auto& w) { return w.wall == truth.wall; });
     if (wall == walls.end() || wall->points.size() != truth.points.size()) continue;
     if (truth.points.size() < 3) continue;
-    const Face face = FitFace(*wall, up_world, options);
-    const Face true_face = FitFace(truth, up_world, options);
+    const Face face = FitFace(*wall, up_world);
+    const Face true_face = FitFace(truth, up_world);
     SurveyedPoints bent = truth;
     for (size_t i = 0; i < bent.points.size(); ++i) {
       const double off_m = face.Off(wall->points[i].p_world);
@@ -350,8 +351,8 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
   for (size_t i = 0; i < survey.walls.size(); ++i) {
     for (size_t j = i + 1; j < survey.walls.size(); ++j) {
       const SurveyedFace &a = survey.walls[i], &b = survey.walls[j];
-      if (const auto d = DistanceBetween(a, b, up_world, options)) survey.distances.push_back(*d);
-      if (const auto angle = AngleBetween(a, b, up_world, options)) {
+      if (const auto d = DistanceBetween(a, b, up_world)) survey.distances.push_back(*d);
+      if (const auto angle = AngleBetween(a, b, up_world)) {
         survey.angles.push_back(*angle);
       }
     }
@@ -363,17 +364,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr OptionTable kWallsTable{
-    Option{"max_distance_m", &MapWallOptions::max_distance_m, 1e-3, 1.0},
-    Option{"max_angle_deg", &MapWallOptions::max_angle_deg, 0.1, 90.0}};
-
 // A plane with the box around its outline, in axes along it.
 class WallRegion {
  public:
-  WallRegion(const BuildingPlane& plane, const MapWallOptions& options)
+  WallRegion(const BuildingPlane& plane)
       : plane_(plane),
-        options_(options),
-        least_cosine_(std::cos(options.max_angle_deg * std::numbers::pi / 180)),
+        least_cosine_(std::cos(kMapWallMaxAngle_deg * std::numbers::pi / 180)),
         along_(Vector3d::UnitZ().cross(plane.normal).normalized()) {
     for (const Vector3d& p : plane.outline_world) box_.extend(OnPlane(p));
   }
@@ -381,7 +377,7 @@ class WallRegion {
   bool Holds(const DensePoint& point) const {
     if (point.source != DenseSource::kStereo) return false;
     const double off_m = plane_.normal.dot(point.p_world) - plane_.offset_m;
-    return std::abs(off_m) <= options_.max_distance_m &&
+    return std::abs(off_m) <= kMapWallMaxDistance_m &&
            plane_.normal.dot(point.normal_world) >= least_cosine_ &&
            box_.contains(OnPlane(point.p_world));
   }
@@ -390,7 +386,6 @@ class WallRegion {
   Eigen::Vector2d OnPlane(const Vector3d& p) const { return {along_.dot(p), p.z()}; }
 
   const BuildingPlane& plane_;
-  const MapWallOptions& options_;
   const double least_cosine_;
   const Vector3d along_;
   Eigen::AlignedBox2d box_;
@@ -407,16 +402,12 @@ int64_t FindWall(const BuildingPlane& plane, const Building& building) {
 
 }  // namespace
 
-void MapWallOptions::Check() const { kWallsTable.Check("map_walls", *this); }
-
 std::vector<SurveyedPoints> WallsOfMap(const Building& building,
-                                       const std::vector<DensePoint>& cloud,
-                                       const MapWallOptions& options) {
-  options.Check();
+                                       const std::vector<DensePoint>& cloud) {
   std::vector<SurveyedPoints> walls;
   for (const BuildingPlane& plane : building.planes) {
     if (plane.kind != PlaneKind::kWall) continue;
-    const WallRegion region(plane, options);
+    const WallRegion region(plane);
     SurveyedPoints wall{FindWall(plane, building), (plane.offset_m + 1) * plane.normal, {}};
     for (const DensePoint& point : cloud) {
       if (!region.Holds(point)) continue;

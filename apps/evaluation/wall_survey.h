@@ -11,16 +11,12 @@
 
 namespace slcmap::inline evaluation {
 
+inline constexpr double kSurveyStorey_m = 2.75;  // that verticality is told for
+
 struct SurveyOptions {
   std::vector<double> straightedges_m = {1, 4, 10, 15};
-  double step_m = 0.25;          // between the places of a wall's profile
-  int min_points = 5;            // that a place is made of
-  double point_sigma_m = 0.005;  // no point counts as if it were known better
-  double min_length_m = 1;       // of a wall
-  double min_height_m = 0.8;     // for its verticality
-  double storey_m = 2.75;        // that verticality is told for
-  double max_parallel_deg = 3;   // between opposite faces; between square ones from 90 degrees
-  void Check() const;            // throws ConfigError
+  double step_m = 0.25;  // between the places of a wall's profile
+  void Check() const;    // throws ConfigError
 };
 
 // What is measured of a wall: one face of it.
@@ -96,17 +92,10 @@ std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, doubl
 
 // The walls of a map, to be surveyed from its cloud: from points that nothing laid on a plane.
 
-struct MapWallOptions {
-  double max_distance_m = 0.05;  // of a point from the plane that says which wall it is of
-  double max_angle_deg = 20;     // between their normals
-  void Check() const;            // throws ConfigError
-};
-
 // The points of stereo depth that lie over each plane of a wall, within the extents of its outline.
 // Of filled planes there are none: they lie on the plane by construction. Walls have the numbers
 // that plans, the page and IFC give them, and may have several faces; planes of none have -1.
 std::vector<SurveyedPoints> WallsOfMap(const Building& building,
-                                       const std::vector<DensePoint>& cloud,
-                                       const MapWallOptions& options);
+                                       const std::vector<DensePoint>& cloud);
 
 }  // namespace slcmap::evaluation

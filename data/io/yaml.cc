@@ -188,8 +188,9 @@ YamlSection YamlSection::Section(const std::string& key) {
     section.depth_ = depth_ + 1;
     return section;
   }
-  if (!Has(key)) return YamlSection(YAML::Node(), place);
-  return YamlSection((*node_)[key], place);
+  YamlSection section(Has(key) ? (*node_)[key] : YAML::Node(), place);
+  section.retired_ = retired_;
+  return section;
 }
 
 std::vector<YamlSection> YamlSection::List(const std::string& key) {
@@ -218,12 +219,11 @@ bool YamlSection::Has(const std::string& key) const {
   return node_->IsMap() && (*node_)[key].IsDefined();  // the const operator[] adds no key
 }
 
-void YamlSection::Retire(const std::string& key) {
-  Skip(key);
-  // The options that a run or a map keeps hold what there was then, and must stay as they are.
-  if (!Has(key) || place_.find("options.yaml") != std::string::npos) return;
-  spdlog::warn("{}: is no option any more and does nothing; remove it: the next version refuses it",
-               KeyPlace(place_, key));
+void YamlSection::Retire(std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    Skip(key);
+    if (Has(key)) retired_->push_back(KeyPlace(place_, key));
+  }
 }
 
 template <typename T>
@@ -274,6 +274,20 @@ YamlSection OpenConfigFile(const std::string& path) {
   }
   root.Finish();  // refuses repeated keys
   return root;
+}
+
+void WarnOfRetiredKeys(const std::string& path, const std::vector<std::string>& places) {
+  if (places.empty()) return;
+  constexpr std::size_t kMostNamed = 4;
+  const std::size_t named = std::min(places.size(), kMostNamed);
+  std::vector<std::string> keys;  // without the file, which the places name too
+  for (std::size_t i = 0; i < named; ++i) keys.push_back(places[i].substr(path.size() + 2));
+  const std::string more =
+      places.size() > named ? fmt::format(" and {} more", places.size() - named) : "";
+  spdlog::warn(
+      "{}: found {}{}, which are no options any more and do nothing; remove them: the next version "
+      "refuses them",
+      path, fmt::join(keys, ", "), more);
 }
 
 ConfigError NamingFile(const std::string& path, const ConfigError& error) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -54,8 +55,11 @@ class YamlSection {
   bool Has(const std::string& key) const;
   // Takes a key that is no option any more: files of earlier versions may have it.
   void Skip(const std::string& key) { known_.insert(key); }
-  // The same with a warning, for one version, of an option that people may have set.
-  void Retire(const std::string& key);
+  // The same for one version, of options that people may have set: ReadConfigFile warns of those
+  // that the file has.
+  void Retire(std::initializer_list<const char*> keys);
+  // The places of keys that Retire took, in this section and those that it was asked for.
+  const std::vector<std::string>& retired() const { return *retired_; }
 
   // Overwrites *value when the key is present; throws ConfigError naming file, key, what was found
   // and the type that was expected. T is bool, int, double, std::string, std::vector of these or
@@ -70,6 +74,7 @@ class YamlSection {
   std::shared_ptr<const YAML::Node> node_;  // the parser is a large header
   std::string place_;
   std::set<std::string> known_;
+  std::shared_ptr<std::vector<std::string>> retired_ = std::make_shared<std::vector<std::string>>();
   std::shared_ptr<std::string> dump_;  // that is being made, if one is
   int depth_ = 0;
 };
@@ -109,8 +114,11 @@ class OptionTable {
   }
 
   // Overwrites what the section holds; throws ConfigError for an unknown key or a wrong type.
+  // retired: keys that are options no more; see YamlSection::Retire.
   template <typename Options>
-  void Read(YamlSection section, Options* options) const {
+  void Read(YamlSection section, Options* options,
+            std::initializer_list<const char*> retired = {}) const {
+    section.Retire(retired);
     std::apply(
         [&](const auto&... entry) { (section.Read(entry.key, &(options->*entry.member)), ...); },
         entries_);
@@ -149,22 +157,30 @@ inline constexpr const char* kConfigKeys[] = {
     "line_landmarks", "building_deviation", "verdict", "calibration",
     "mapping"};
 
+// Who wrote a configuration. The options that a map keeps hold what there was then, and stay so.
+enum class ConfigOrigin { kUser, kKept };
+
 // Calls read(root) and returns its result. Throws ConfigError, always naming the file, when it
-// cannot be read, a top-level key is not in kConfigKeys or stands twice, or read throws one.
+// cannot be read, a top-level key is not in kConfigKeys or stands twice, or read throws one. Warns
+// once of the retired keys that a user's file has.
 template <typename Read>
-auto ReadConfigFile(const std::string& path, Read read);
+auto ReadConfigFile(const std::string& path, ConfigOrigin origin, Read read);
 
 // Opens the file and refuses the top-level keys that no stage reads.
 YamlSection OpenConfigFile(const std::string& path);
+
+void WarnOfRetiredKeys(const std::string& path, const std::vector<std::string>& places);
 
 // The error with the path before it, unless it is there already.
 ConfigError NamingFile(const std::string& path, const ConfigError& error);
 
 template <typename Read>
-auto ReadConfigFile(const std::string& path, Read read) {
+auto ReadConfigFile(const std::string& path, ConfigOrigin origin, Read read) {
   YamlSection root = OpenConfigFile(path);
   try {
-    return read(root);
+    auto result = read(root);
+    if (origin == ConfigOrigin::kUser) WarnOfRetiredKeys(path, root.retired());
+    return result;
   } catch (const ConfigError& error) {
     throw NamingFile(path, error);
   }

@@ -14,6 +14,11 @@
 namespace slcmap::inline data {
 namespace {
 
+constexpr double kKnotInterval_s = 0.1;
+constexpr double kJump_m = 0.003;   // errors beyond these count as jumps of the trajectory,
+constexpr double kJump_rad = 0.01;  // which the motion does not follow
+constexpr int kIterations = 10;
+
 constexpr int kOrder = MotionSpline::kOrder;
 using Weights = std::array<double, kOrder>;
 
@@ -44,7 +49,6 @@ Weights Cumulate(Weights w) {
 MotionSpline::MotionSpline(double knot_interval_s,
                            const std::vector<RigidTransform>& T_world_imu_control)
     : knot_interval_s_(knot_interval_s), control_(T_world_imu_control) {
-  if (!(knot_interval_s > 0)) throw DataError("motion: the interval of the knots must be positive");
   if (control_.size() < kOrder) {
     throw DataError("motion: found " + std::to_string(control_.size()) +
                     " control poses, expected at least " + std::to_string(kOrder));
@@ -129,11 +133,7 @@ Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world) {
 }
 
 void MotionFitOptions::Check() const {
-  if (!(knot_interval_s > 0)) throw ConfigError("knot_interval_s: expected a positive number");
   if (!(smoothing > 0)) throw ConfigError("smoothing: expected a positive number");
-  if (!(jump_m > 0)) throw ConfigError("jump_m: expected a positive number");
-  if (!(jump_rad > 0)) throw ConfigError("jump_rad: expected a positive number");
-  if (iterations < 1) throw ConfigError("iterations: expected at least 1");
 }
 
 namespace {
@@ -149,7 +149,7 @@ class BandedFit {
         smoothing_(options.smoothing) {
     std::vector<Eigen::Triplet<double>> entries;
     for (size_t row = 0; row < times_s.size(); ++row) {
-      const double s = times_s[row] / options.knot_interval_s;
+      const double s = times_s[row] / kKnotInterval_s;
       const double first = std::min(std::floor(s), static_cast<double>(controls - kOrder));
       const Weights w = BasisWeights(s - first, 0);
       for (int j = 0; j < kOrder; ++j) entries.emplace_back(row, static_cast<int>(first) + j, w[j]);
@@ -255,20 +255,19 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
     throw DataError("motion: found a trajectory of " + std::to_string(times_s.back()) +
                     " s, expected at most " + std::to_string(kMaxMotion_s) + " s");
   }
-  const double knot_s = options.knot_interval_s;
+  const double knot_s = kKnotInterval_s;
   const size_t controls = static_cast<size_t>(std::ceil(times_s.back() / knot_s)) + kOrder - 1;
   std::vector<RigidTransform> control = InitialControl(trajectory, times_s, controls, knot_s);
   const BandedFit fit(times_s, controls, options);
 
   // A turn delta of control pose j in world turns the spline by about its weight times delta, so
   // that rotations are fitted as positions are, repeated until the rest is gone.
-  for (int i = 0; i < options.iterations; ++i) {
-    const Progress part =
-        progress.Part(1.0 * i / options.iterations, (i + 1.0) / options.iterations);
+  for (int i = 0; i < kIterations; ++i) {
+    const Progress part = progress.Part(1.0 * i / kIterations, (i + 1.0) / kIterations);
     const Errors errors = GetErrors(MotionSpline(knot_s, control), trajectory, times_s, part);
     const Eigen::MatrixX3d turn =
-        fit.Solve(errors.rotation_rad, options.jump_rad, UnrolledRotations(control));
-    const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, options.jump_m, Positions(control));
+        fit.Solve(errors.rotation_rad, kJump_rad, UnrolledRotations(control));
+    const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, kJump_m, Positions(control));
     for (size_t j = 0; j < controls; ++j) {
       control[j].rotation = (ExpRotation(turn.row(j)) * control[j].rotation).normalized();
       control[j].translation += shift.row(j).transpose();

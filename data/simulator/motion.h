@@ -59,13 +59,9 @@ class MotionSpline {
 Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world);
 
 struct MotionFitOptions {
-  double knot_interval_s = 0.1;
   // Weight of the squared third differences of the control poses against the squared errors. It
   // bridges gaps of the trajectory and keeps its jitter out of the acceleration.
   double smoothing = 0.05;
-  double jump_m = 0.003;   // errors beyond these count as jumps of the trajectory,
-  double jump_rad = 0.01;  // which the motion does not follow
-  int iterations = 10;
   void Check() const;  // throws ConfigError
 };
 

@@ -19,6 +19,11 @@
 namespace slcmap::inline data {
 namespace {
 
+constexpr double kEdgeSample_m = 0.02;    // along an edge
+constexpr double kEdgeInterval_s = 0.25;  // between the frames that are looked at
+constexpr double kEdgeRange_m = 30;       // up to which a camera counts as seeing
+constexpr double kEdgeMargin_m = 0.02;  // a surface this near in front of a point does not hide it
+
 constexpr int kLanes = RayScene::kLanes;
 
 // Of a camera at one instant.
@@ -59,7 +64,7 @@ class SceneRenderer : public PairRenderer {
         task_(task),
         rays_(SeenPatches(scene_)),
         shader_(MakeShader()),
-        watch_(scene_, rays_, task_, options_.edges) {
+        watch_(scene_, rays_, task_) {
     for (const Camera& camera : task.rig.cameras) {
       camera_rays_.emplace_back(camera);
       responses_.emplace_back(options.camera, camera.width_px, camera.height_px);
@@ -299,7 +304,6 @@ void RequireFeasible(const RendererOptions& options, const RenderTask& task) {
 void RendererOptions::Check() const {
   light.Check();
   camera.Check();
-  edges.Check();
 }
 
 std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,
@@ -329,34 +333,25 @@ void Set(uint8_t& flag, uint8_t value) {
 
 }  // namespace
 
-void EdgeVisibilityOptions::Check() const {
-  if (!(sample_m > 0)) throw ConfigError("edges: sample_m: expected more than 0");
-  if (!(interval_s >= 0)) throw ConfigError("edges: interval_s: expected zero or more");
-  if (!(margin_m >= 0 && range_m > margin_m)) {
-    throw ConfigError("edges: range_m: expected more than margin_m, and that not negative");
-  }
-}
-
-EdgeWatch::EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task,
-                     const EdgeVisibilityOptions& options)
-    : scene_(scene), rays_(rays), task_(task), options_(options) {
+EdgeWatch::EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task)
+    : scene_(scene), rays_(rays), task_(task) {
   int64_t samples = 0;
   for (const TrueEdge& edge : scene.edges) {
     const double length_m = (edge.b - edge.a).norm();
-    const int64_t count = std::max(1l, std::lround(length_m / options.sample_m));
+    const int64_t count = std::max(1l, std::lround(length_m / kEdgeSample_m));
     samples += count;
     if (samples > kEdgeMaxSamples) {
       throw ConfigError(
           fmt::format("scene: found edges of more than {:.0f} m in all, "
                       "expected at most that: make it smaller",
-                      static_cast<double>(kEdgeMaxSamples) * options.sample_m));
+                      static_cast<double>(kEdgeMaxSamples) * kEdgeSample_m));
     }
     seen_.emplace_back(count, 0);
   }
   double next_s = 0;
   for (const double t_s : task.times_s) {
     is_due_.push_back(t_s >= next_s);
-    if (is_due_.back()) next_s = t_s + options.interval_s;
+    if (is_due_.back()) next_s = t_s + kEdgeInterval_s;
   }
 }
 
@@ -375,7 +370,7 @@ void EdgeWatch::LookThrough(const Camera& camera, const RigidTransform& T_world_
     if (task_.stop.stop_requested()) throw StoppedError("interrupted");
     const TrueEdge& edge = scene_.edges[e];
     const Eigen::Vector3d a = T_camera_world * edge.a, b = T_camera_world * edge.b;
-    if (Distance(a, b) > options_.range_m) continue;
+    if (Distance(a, b) > kEdgeRange_m) continue;
     for (size_t i = 0; i < seen_[e].size(); ++i) {
       if (IsSet(seen_[e][i])) continue;
       const double along = (static_cast<double>(i) + 0.5) / static_cast<double>(seen_[e].size());
@@ -387,12 +382,12 @@ void EdgeWatch::LookThrough(const Camera& camera, const RigidTransform& T_world_
 bool EdgeWatch::Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
                      const RigidTransform& T_world_camera) const {
   const double distance_m = p_camera.norm();
-  if (distance_m > options_.range_m || distance_m <= options_.margin_m) return false;
+  if (distance_m > kEdgeRange_m || distance_m <= kEdgeMargin_m) return false;
   const auto pixel = camera.Project(p_camera);
   if (!pixel || !camera.Contains(*pixel)) return false;
   const Eigen::Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
   return !rays_.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                        static_cast<float>(distance_m - options_.margin_m));
+                        static_cast<float>(distance_m - kEdgeMargin_m));
 }
 
 std::vector<SeenPart> EdgeWatch::Parts() const {

@@ -15,14 +15,6 @@
 
 namespace slcmap::inline data {
 
-struct EdgeVisibilityOptions {
-  double sample_m = 0.02;    // along an edge
-  double interval_s = 0.25;  // between the frames that are looked at
-  double range_m = 30;       // up to which a camera counts as seeing
-  double margin_m = 0.02;    // a surface this near in front of a point does not hide it
-  void Check() const;        // throws ConfigError
-};
-
 // A part of a true edge, in metres from its end a.
 struct SeenPart {
   int edge;  // index into Scene::edges
@@ -35,10 +27,9 @@ class EdgeWatch {
  public:
   // All must outlive the watch. Throws ConfigError naming number and limit where the edges are too
   // long in all.
-  EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task,
-            const EdgeVisibilityOptions& options);
+  EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task);
 
-  // Looks at a frame, unless it was looked at or is not one of those in the options' interval.
+  // Looks at a frame, unless it was looked at or is not one of those at their interval.
   // Throws StoppedError where the task's stop is requested; what was seen until then counts.
   void Look(int frame);
 
@@ -53,7 +44,6 @@ class EdgeWatch {
   const Scene& scene_;
   const RayScene& rays_;
   const RenderTask& task_;
-  const EdgeVisibilityOptions options_;
   // Flags that several threads set, no matter in which order.
   std::vector<uint8_t> is_due_;             // by frame
   std::vector<std::vector<uint8_t>> seen_;  // by edge and sample
@@ -68,7 +58,6 @@ void WriteEdges(const std::string& folder, const Scene& scene, const std::vector
 struct RendererOptions {
   LightBakingOptions light;
   CameraResponseOptions camera;
-  EdgeVisibilityOptions edges;
   void Check() const;  // throws ConfigError
 };
 

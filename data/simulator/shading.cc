@@ -13,6 +13,8 @@
 namespace slcmap::inline data {
 namespace {
 
+constexpr int kPackets = 2;  // of RayScene::kLanes rays to the lamps, a texel
+
 constexpr float kOffset_m = 0.002f;  // of ray origins from their surface
 constexpr float kInset_m = 0.01f;    // of the outermost nodes from the border, where corners shade
 
@@ -171,9 +173,9 @@ class LightBaker {
     float light = 0;
     const std::vector<float> weights = CumulativeWeights(point);
     if (!weights.empty() && weights.back() > 0) {
-      for (int i = 0; i < options_.packets; ++i) light += PacketOfLight(point, weights, i);
+      for (int i = 0; i < kPackets; ++i) light += PacketOfLight(point, weights, i);
     }
-    return (light / static_cast<float>(options_.packets) + scene_.ambient) * Stains(point.position);
+    return (light / static_cast<float>(kPackets) + scene_.ambient) * Stains(point.position);
   }
 
   // About the light of each lamp, unshadowed, summed up lamp by lamp: what rays are dealt by.
@@ -262,7 +264,6 @@ class LightBaker {
 
 void LightBakingOptions::Check() const {
   if (!(texel_m > 0)) throw ConfigError("light: texel_m: expected more than 0");
-  if (packets < 1) throw ConfigError("light: packets: expected at least 1");
   if (threads < 1) throw ConfigError("light: threads: expected at least 1");
 }
 

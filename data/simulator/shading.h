@@ -16,7 +16,6 @@ namespace slcmap::inline data {
 
 struct LightBakingOptions {
   double texel_m = 0.15;
-  int packets = 2;     // of RayScene::kLanes rays to the lamps, a texel
   int threads = 2;     // the result is the same with any
   void Check() const;  // throws ConfigError
 };

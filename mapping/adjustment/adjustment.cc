@@ -22,6 +22,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kMaxLineChi2 = 16;
+
 constexpr size_t kMinKeyframes = 3;
 constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
@@ -30,31 +32,30 @@ constexpr double kFirstGraduation = 8;  // of the closures' loss
 constexpr double kSettled = 1e-5, kNearlySettled = 1e-4, kRoughlySettled = 1e-2;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.
-void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
-                         AdjustmentState* state, AdjustmentFigures* figures) {
+void RejectPointOutliers(const AdjustmentModel& model, AdjustmentState* state,
+                         AdjustmentFigures* figures) {
   for (AdjustedPoint& point : state->points) {
     std::erase_if(point.observations, [&](AdjustedPointObservation& observation) {
       const AdjustmentTerm term = PointTerm(point, observation, *state, model);
       const double left = Chi2OfLeft(term);
-      if (left > options.max_point_chi2) return true;
-      if (Chi2(term) - left > options.max_point_chi2) {
+      if (left > kMaxPointChi2) return true;
+      if (Chi2(term) - left > kMaxPointChi2) {
         observation.measurement.right.reset();
         ++figures->rejected_point_observations;
       }
       return false;
     });
-    if (std::ssize(point.observations) < options.min_point_keyframes) point.observations.clear();
+    if (std::ssize(point.observations) < kAdjustmentMinPointKeyframes) point.observations.clear();
   }
 }
 
-void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
-                        AdjustmentState* state) {
+void RejectLineOutliers(const AdjustmentModel& model, AdjustmentState* state) {
   for (AdjustedLine& line : state->lines) {
     std::erase_if(line.observations, [&](AdjustedLineObservation& observation) {
       const AdjustmentTerm term = LineTerm(line, observation, 1, *state, model);
       const double left = Chi2OfLeft(term);
-      if (left > options.max_line_chi2) return true;
-      if (Chi2(term) - left > options.max_line_chi2) observation.measurement.right.reset();
+      if (left > kMaxLineChi2) return true;
+      if (Chi2(term) - left > kMaxLineChi2) observation.measurement.right.reset();
       return false;
     });
   }
@@ -168,7 +169,7 @@ class Adjustment {
 
   bool Solve(const Progress& progress, double settled) {
     Preintegrate(run_, &state_);
-    problem_ = BuildProblem(options_, model_, state_, closures_);
+    problem_ = BuildProblem(model_, state_, closures_);
     const RoundSummary round =
         SolveProblem(options_, state_, closures_, settled, problem_.get(), progress);
     if (figures_.iterations == 0) figures_.initial_cost = round.initial_cost;
@@ -200,15 +201,15 @@ class Adjustment {
   void Reject() {
     const int64_t points = CountWithObservations(state_.points).second;
     const int64_t lines = CountWithObservations(state_.lines).second;
-    RejectPointOutliers(options_, model_, &state_, &figures_);
-    RejectLineOutliers(options_, model_, &state_);
+    RejectPointOutliers(model_, &state_, &figures_);
+    RejectLineOutliers(model_, &state_);
     figures_.rejected_point_observations += points - CountWithObservations(state_.points).second;
     figures_.rejected_line_observations += lines - CountWithObservations(state_.lines).second;
   }
 
   // What is known of the calibration, and which of its numbers are taken to be as given.
   void UpdateCalibrationPrior() {
-    problem_ = BuildProblem(options_, model_, state_, closures_);  // of what is left and believed
+    problem_ = BuildProblem(model_, state_, closures_);  // of what is left and believed
     const Eigen::MatrixXd covariance =
         BlockCovariance(problem_.get(), {state_.imu_calibration, state_.camera_calibration});
     if (covariance.size() == 0) return;
@@ -285,7 +286,7 @@ class Adjustment {
       const double from = static_cast<double>(i) / kMostTimes;
       const Progress part = progress.Part(from, from + 1.0 / kMostTimes);
       if (!Solve(part, kSettled)) return Closing::kUnusable;
-      const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
+      const int count = TakeBackClosures(links_, state_, model_, &closures_);
       figures_.closures_rejected += count;
       if (count == 0) return Closing::kSettled;
     }

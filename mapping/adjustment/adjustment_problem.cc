@@ -17,9 +17,17 @@
 #include "odometry/factors/factor.h"
 #include "odometry/factors/line_constraints.h"
 #include "odometry/factors/line_residual.h"
+#include "odometry/structure/building_deviation.h"
 
 namespace slcmap::inline mapping {
 namespace {
+
+constexpr double kLossSigma = 0.5;  // where the losses of points and lines turn linear
+// So many observations of one edge count in full; more share their weight, since what one edge
+// errs in (a wall that bends, a calibration that is off) does not average out over its views.
+constexpr int kLineObservations = 10;
+// A line that more keyframes saw stays in the reduced system, which eliminating it would fill.
+constexpr int kMaxEliminatedObservations = 50;
 
 // Blocks by their place in the problem; each vertex knows its neighbours.
 using Neighbours = std::vector<std::vector<idx_t>>;
@@ -261,8 +269,8 @@ AdjustmentTerm AxisTerm(const AdjustedLine& line, const AdjustmentModel& model) 
   return term;
 }
 
-void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model,
-                  const AdjustmentState& state, ceres::Problem* problem) {
+void AddLineTerms(const AdjustmentModel& model, const AdjustmentState& state,
+                  ceres::Problem* problem) {
   for (const AdjustedShare& share : state.shares) {
     problem->AddResidualBlock(new SharedDeviationResidual(state.share_sigma_rad), nullptr,
                               share.block);
@@ -274,7 +282,7 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
     problem->AddResidualBlock(new LineDistanceResidual(kind, line.block, kLineDistanceSigma),
                               nullptr, line.block);
     const double count = static_cast<double>(line.observations.size());
-    const double weight = std::sqrt(std::min(1.0, options.line_observations / count));
+    const double weight = std::sqrt(std::min(1.0, kLineObservations / count));
     for (const AdjustedLineObservation& observation : line.observations) {
       AddTerm(LineTerm(line, observation, weight, state, model), problem);
     }
@@ -283,7 +291,7 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
 }
 
 // Points and short lines, but those that closures bind to each other.
-std::vector<double*> EliminatedFirst(const AdjustmentOptions& options, const AdjustmentState& state,
+std::vector<double*> EliminatedFirst(const AdjustmentState& state,
                                      const std::vector<Closure>& closures) {
   std::set<const double*> bound;
   for (const Closure& closure : closures) {
@@ -299,7 +307,7 @@ std::vector<double*> EliminatedFirst(const AdjustmentOptions& options, const Adj
   }
   for (const AdjustedLine& line : state.lines) {
     const auto count = std::ssize(line.observations);
-    if (count == 0 || count > options.max_eliminated_observations) continue;
+    if (count == 0 || count > kMaxEliminatedObservations) continue;
     if (!bound.contains(line.block)) first.push_back(line.block);
   }
   return first;
@@ -330,10 +338,10 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
             run.rectified_rig.cameras[0].fx_px / options.line_sigma_px),
       matched_points(run.rectified_rig.T_imu_camera,
                      run.rectified_rig.cameras[0].fx_px / options.closures.point_sigma_px),
-      edge_sigma_m(options.closures.edge_sigma_m),
-      point_loss(std::make_unique<ceres::HuberLoss>(options.point_loss_sigma)),
-      line_loss(std::make_unique<ceres::HuberLoss>(options.line_loss_sigma)),
-      axis_loss(std::make_unique<ceres::CauchyLoss>(options.axis_loss_sigma)),
+      edge_sigma_m(kClosureEdgeSigma_m),
+      point_loss(std::make_unique<ceres::HuberLoss>(kLossSigma)),
+      line_loss(std::make_unique<ceres::HuberLoss>(kLossSigma)),
+      axis_loss(std::make_unique<ceres::CauchyLoss>(kDeviationLossSigma)),
       closure_loss_sigma(options.closures.loss_sigma),
       prior_weights(FirstWeights(options.calibration)) {
   GraduateClosures(1);
@@ -393,8 +401,7 @@ AdjustmentTerm ImuTerm(size_t frame, const AdjustmentState& state) {
 double Chi2(const AdjustmentTerm& term) { return SquaredRows(term, term.factor->rows()); }
 double Chi2OfLeft(const AdjustmentTerm& term) { return SquaredRows(term, 2); }
 
-std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
-                                             const AdjustmentModel& model,
+std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
                                              const std::vector<Closure>& closures) {
   ceres::Problem::Options ownership;
@@ -409,7 +416,7 @@ std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
       AddTerm(PointTerm(point, observation, state, model), problem.get());
     }
   }
-  AddLineTerms(options, model, state, problem.get());
+  AddLineTerms(model, state, problem.get());
   AddClosureTerms(closures, state, model, problem.get());
   return problem;
 }
@@ -420,8 +427,8 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   const bool closes = std::ranges::any_of(closures, [](const Closure& c) { return !c.taken_back; });
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
-  solver.linear_solver_ordering = EliminationOrder(
-      *problem, EliminatedFirst(options, state, closures), EliminatedLast(state, *problem));
+  solver.linear_solver_ordering =
+      EliminationOrder(*problem, EliminatedFirst(state, closures), EliminatedLast(state, *problem));
   solver.num_threads = 1;  // sums of several threads come in any order
   solver.max_num_iterations = closes ? 2 * options.max_iterations : options.max_iterations;
   solver.max_num_consecutive_invalid_steps = solver.max_num_iterations;

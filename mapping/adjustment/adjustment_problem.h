@@ -83,8 +83,7 @@ double Chi2OfLeft(const AdjustmentTerm& term);
 
 // All terms of a state, and of the closures that were not taken back. The position and the heading
 // of each segment's first pose are held to where they are, which no measurement tells.
-std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
-                                             const AdjustmentModel& model,
+std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
                                              const std::vector<Closure>& closures);
 

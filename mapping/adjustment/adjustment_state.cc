@@ -10,12 +10,15 @@
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"
 #include "odometry/geometry/pinhole.h"
+#include "odometry/structure/building_deviation.h"
 
 namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr double kSharedShare = 0.5;  // of the variance of lines' deviations, with neighbours
 
 constexpr double kMinDepth_m = 0.05;
 constexpr int64_t kRateAveraged_ns = 20'000'000;  // before a cut, so that its noise tells nothing
@@ -100,12 +103,12 @@ std::map<int64_t, std::vector<Adjusted>> CollectObservations(
   return observations;
 }
 
-void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
+void AddPoints(const OdometryRun& run, AdjustmentState* state) {
   auto observations = CollectObservations<AdjustedPointObservation>(run, &Keyframe::observations);
   for (const Landmark& landmark : run.landmarks) {
     const auto seen = observations.find(landmark.id);
     if (seen == observations.end() ||
-        static_cast<int>(seen->second.size()) < options.min_point_keyframes) {
+        static_cast<int>(seen->second.size()) < kAdjustmentMinPointKeyframes) {
       continue;
     }
     AdjustedPoint point;
@@ -174,9 +177,9 @@ void SetDeviation(const OdometryRun& run, const AdjustmentOptions& options, Adju
     line->exact = building_rad < options.exact_below_rad;
     if (line->exact) return;
     const double believed_rad = options.deviation_scale * building_rad;
-    line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * believed_rad;
-    state->share_sigma_rad = std::sqrt(options.shared_share) * believed_rad;
-    if (options.shared_share > 0) line->share = FindShare(*line, options.shared_radius_m, state);
+    line->deviation_sigma_rad = std::sqrt(1 - kSharedShare) * believed_rad;
+    state->share_sigma_rad = std::sqrt(kSharedShare) * believed_rad;
+    line->share = FindShare(*line, kSharedRadius_m, state);
   }
 }
 
@@ -246,7 +249,7 @@ AdjustmentState StateOfRun(const OdometryRun& run, const AdjustmentOptions& opti
   AddFrames(run, &state);
   AddCalibration(run, &state);
   AddDirections(run, &state);
-  AddPoints(run, options, &state);
+  AddPoints(run, &state);
   AddLines(run, options, &state);
   return state;
 }

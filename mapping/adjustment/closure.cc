@@ -12,6 +12,12 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kGate_m_per_m = 0.0006;
+constexpr double kGate_rad = 0.002;
+constexpr double kGate_rad_per_m = 0.0001;
+constexpr double kMinLead = 1.5;  // of its votes over those of any other shift, further off than
+constexpr double kEdgeTolerance_m = 0.01;  // of an edge from where the shift has it
+
 constexpr int kPairs = 400;
 constexpr int kRefinements = 3;
 constexpr double kGateSigmas = 3;
@@ -137,12 +143,12 @@ std::vector<double> PathLengths(const AdjustmentState& state) {
 }
 
 ShiftSigma SigmaOver(double path_m, const ClosureOptions& options) {
-  return {(options.gate_m + options.gate_per_m * path_m) / kEdgeGateSigmas,
-          (options.gate_rad + options.gate_rad_per_m * path_m) / kEdgeGateSigmas};
+  return {(options.gate_m + kGate_m_per_m * path_m) / kEdgeGateSigmas,
+          (kGate_rad + kGate_rad_per_m * path_m) / kEdgeGateSigmas};
 }
 
-bool IsUnique(const Agreement& agreement, int min_votes, const ClosureOptions& options) {
-  return agreement.votes >= min_votes && agreement.votes >= options.min_lead * agreement.runner_up;
+bool IsUnique(const Agreement& agreement, int min_votes) {
+  return agreement.votes >= min_votes && agreement.votes >= kMinLead * agreement.runner_up;
 }
 
 namespace {
@@ -278,14 +284,13 @@ class EdgeSearch {
         if (!MayBeOneEdge(lines_[o], newer)) continue;
         candidate.older.push_back(o);
         candidate.vote.alternatives.emplace_back(ComputeOffset(lines_[o], newer) /
-                                                 options_.edge_tolerance_m);
+                                                 kEdgeTolerance_m);
       }
       if (candidate.older.empty()) continue;
       Eigen::Matrix<double, 3, 4> moved;
       moved << Eigen::Matrix3d::Identity(),
           Vector3d::UnitZ().cross(newer.middle_world - place_world);
-      candidate.vote.by_shift =
-          ComputeAcross(newer).transpose() * moved / options_.edge_tolerance_m;
+      candidate.vote.by_shift = ComputeAcross(newer).transpose() * moved / kEdgeTolerance_m;
       candidates.push_back(std::move(candidate));
     }
     return candidates;
@@ -329,8 +334,8 @@ class EdgeSearch {
       }
     }
     const Agreement agreement =
-        FindAgreement(votes, SigmaOver(path_m, options_), options_.min_displacement_m);
-    if (!IsUnique(agreement, options_.min_edges, options_)) return std::nullopt;
+        FindAgreement(votes, SigmaOver(path_m, options_), kClosureMinDisplacement_m);
+    if (!IsUnique(agreement, options_.min_edges)) return std::nullopt;
     Closure closure = MakeClosure(candidates, agreement);
     return IsWellSeen(closure) ? std::optional(std::move(closure)) : std::nullopt;
   }
@@ -359,7 +364,7 @@ class EdgeSearch {
         frames.insert(observation.frame);
       }
     }
-    return axes.size() >= 2 && std::ssize(frames) >= options_.min_keyframes;
+    return axes.size() >= 2 && std::ssize(frames) >= kClosureMinKeyframes;
   }
 
   const AdjustmentState& state_;

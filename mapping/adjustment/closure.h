@@ -69,7 +69,7 @@ std::vector<double> PathLengths(const AdjustmentState& state);
 ShiftSigma SigmaOver(double path_m, const ClosureOptions& options);
 
 // Whether the votes for a shift are so many, and so many more than those for another.
-bool IsUnique(const Agreement& agreement, int min_votes, const ClosureOptions& options);
+bool IsUnique(const Agreement& agreement, int min_votes);
 
 // Lines of one axis that lie near each other across it and were seen at different visits are
 // candidates for one edge; those of which enough agree on one shift between the visits become a

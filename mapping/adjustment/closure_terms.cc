@@ -14,6 +14,11 @@ namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
+// of a closure's matches, that fit at the end; else it is taken back
+constexpr double kMinAgreeing = 0.6;
+// of odometry's links (15 rows); more, and closures are taken back
+constexpr double kMaxLinkChi2 = 35;
+
 constexpr double kOfNothing = 1e-9;  // of what a number's own observations say of it
 
 struct Columns {
@@ -106,11 +111,11 @@ ClosureFit ComputeFit(const Closure& closure, const AdjustmentState& state,
   return fit;
 }
 
-int TakeBackMisfits(const ClosureOptions& options, const AdjustmentState& state,
-                    const AdjustmentModel& model, std::vector<Closure>* closures) {
+int TakeBackMisfits(const AdjustmentState& state, const AdjustmentModel& model,
+                    std::vector<Closure>* closures) {
   int taken_back = 0;
   for (Closure& closure : *closures) {
-    if (closure.taken_back || ComputeFit(closure, state, model).agreeing >= options.min_agreeing) {
+    if (closure.taken_back || ComputeFit(closure, state, model).agreeing >= kMinAgreeing) {
       continue;
     }
     closure.taken_back = true;
@@ -156,7 +161,7 @@ void EraseBeyondGate(const ClosureOptions& options, double path_m, const Adjustm
     return !(off_px <= GateOf_px(match, sigma, options, state));
   });
   std::erase_if(closure->edges, [&](const EdgeMatch& match) {
-    const double off_m = options.edge_sigma_m * std::sqrt(Chi2(EdgeMatchTerm(match, state, model)));
+    const double off_m = kClosureEdgeSigma_m * std::sqrt(Chi2(EdgeMatchTerm(match, state, model)));
     return !(off_m <= 3 * sigma.position_m);
   });
 }
@@ -234,13 +239,12 @@ std::vector<double> LinkChi2(const AdjustmentState& state) {
   return chi2;
 }
 
-int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& links,
-                     const AdjustmentState& state, const AdjustmentModel& model,
-                     std::vector<Closure>* closures) {
-  int taken_back = TakeBackMisfits(options, state, model, closures);
+int TakeBackClosures(const std::vector<double>& links, const AdjustmentState& state,
+                     const AdjustmentModel& model, std::vector<Closure>* closures) {
+  int taken_back = TakeBackMisfits(state, model, closures);
   const std::vector<double> now = LinkChi2(state);
   for (size_t k = 0; k < now.size(); ++k) {
-    if (now[k] <= options.max_link_chi2 || now[k] <= links[k] + kLinkChi2Risen) continue;
+    if (now[k] <= kMaxLinkChi2 || now[k] <= links[k] + kLinkChi2Risen) continue;
     Closure* worst = WorstAcross(k, state, model, closures);
     if (!worst) continue;
     worst->taken_back = true;

@@ -38,8 +38,7 @@ std::vector<double> LinkChi2(const AdjustmentState& state);
 // Takes back the closures most of whose matches do not fit once all is adjusted, and, where a link
 // of odometry has become unlikely by them, the one that fits worst of those across it. `links`
 // are those before there were closures. Returns how many it has taken back.
-int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& links,
-                     const AdjustmentState& state, const AdjustmentModel& model,
-                     std::vector<Closure>* closures);
+int TakeBackClosures(const std::vector<double>& links, const AdjustmentState& state,
+                     const AdjustmentModel& model, std::vector<Closure>* closures);
 
 }  // namespace slcmap::mapping

@@ -12,20 +12,9 @@ constexpr OptionTable kTable{
     Option{"enabled", &AdjustmentOptions::enabled, false, true},
     Option{"needs_revisit", &AdjustmentOptions::needs_revisit, false, true},
     Option{"point_sigma_px", &AdjustmentOptions::point_sigma_px, 1e-3, kMaxSigma_px},
-    Option{"point_loss_sigma", &AdjustmentOptions::point_loss_sigma, 1e-3, 1e3},
     Option{"line_sigma_px", &AdjustmentOptions::line_sigma_px, 1e-3, kMaxSigma_px},
-    Option{"line_loss_sigma", &AdjustmentOptions::line_loss_sigma, 1e-3, 1e3},
-    Option{"max_point_chi2", &AdjustmentOptions::max_point_chi2, 1e-3, kMaxChi2},
-    Option{"max_line_chi2", &AdjustmentOptions::max_line_chi2, 1e-3, kMaxChi2},
-    Option{"min_point_keyframes", &AdjustmentOptions::min_point_keyframes, 2, 1000},
-    Option{"line_observations", &AdjustmentOptions::line_observations, 1, 100000},
-    Option{"max_eliminated_observations", &AdjustmentOptions::max_eliminated_observations, 1,
-           100000},
     Option{"exact_below_rad", &AdjustmentOptions::exact_below_rad, 0.0, 0.1},
     Option{"deviation_scale", &AdjustmentOptions::deviation_scale, 0.1, 100.0},
-    Option{"shared_share", &AdjustmentOptions::shared_share, 0.0, 0.99},
-    Option{"shared_radius_m", &AdjustmentOptions::shared_radius_m, 0.01, 1000.0},
-    Option{"axis_loss_sigma", &AdjustmentOptions::axis_loss_sigma, 1e-3, 1e3},
     Option{"min_scatter", &AdjustmentOptions::min_scatter, 0.01, 1.0},
     Option{"max_scatter", &AdjustmentOptions::max_scatter, 1.0, 100.0},
     Option{"max_iterations", &AdjustmentOptions::max_iterations, 1, 1000}};
@@ -36,28 +25,22 @@ constexpr OptionTable kClosures{
     Option{"min_path_m", &ClosureOptions::min_path_m, 0.0, 1e4},
     Option{"min_interval_s", &ClosureOptions::min_interval_s, 0.0, 1e4},
     Option{"gate_m", &ClosureOptions::gate_m, 1e-4, 100.0},
-    Option{"gate_per_m", &ClosureOptions::gate_per_m, 0.0, 1.0},
-    Option{"gate_rad", &ClosureOptions::gate_rad, 1e-5, 1.0},
-    Option{"gate_rad_per_m", &ClosureOptions::gate_rad_per_m, 0.0, 1.0},
     Option{"min_edges", &ClosureOptions::min_edges, 3, 1000},
     Option{"min_points", &ClosureOptions::min_points, 4, 1000},
-    Option{"min_lead", &ClosureOptions::min_lead, 1.0, 100.0},
-    Option{"min_displacement_m", &ClosureOptions::min_displacement_m, 1e-3, 10.0},
-    Option{"edge_tolerance_m", &ClosureOptions::edge_tolerance_m, 1e-4, 1.0},
     Option{"point_tolerance_px", &ClosureOptions::point_tolerance_px, 0.1, 100.0},
-    Option{"min_correlation", &ClosureOptions::min_correlation, 0.0, 1.0},
-    Option{"min_keyframes", &ClosureOptions::min_keyframes, 1, 100},
     Option{"max_point_closures", &ClosureOptions::max_point_closures, 1, 100000},
-    Option{"edge_sigma_m", &ClosureOptions::edge_sigma_m, 1e-5, 1.0},
     Option{"point_sigma_px", &ClosureOptions::point_sigma_px, 1e-2, 100.0},
-    Option{"loss_sigma", &ClosureOptions::loss_sigma, 0.1, 100.0},
-    Option{"min_agreeing", &ClosureOptions::min_agreeing, 0.0, 1.0},
-    Option{"max_link_chi2", &ClosureOptions::max_link_chi2, 15.0, 1e6}};
+    Option{"loss_sigma", &ClosureOptions::loss_sigma, 0.1, 100.0}};
 
 }  // namespace
 
 void ClosureOptions::Check() const { kClosures.Check("mapping.adjustment.closures", *this); }
-void ClosureOptions::Read(YamlSection section) { kClosures.Read(section, this); }
+void ClosureOptions::Read(YamlSection section) {
+  kClosures.Read(section, this,
+                 {"gate_per_m", "gate_rad", "gate_rad_per_m", "min_lead", "min_displacement_m",
+                  "edge_tolerance_m", "min_correlation", "min_keyframes", "edge_sigma_m",
+                  "min_agreeing", "max_link_chi2"});
+}
 
 void AdjustmentOptions::Check() const {
   kTable.Check("mapping.adjustment", *this);
@@ -68,7 +51,10 @@ void AdjustmentOptions::Check() const {
 void AdjustmentOptions::Read(YamlSection section) {
   calibration.Read(section.Section("calibration"));
   closures.Read(section.Section("closures"));
-  kTable.Read(section, this);
+  kTable.Read(section, this,
+              {"point_loss_sigma", "line_loss_sigma", "max_point_chi2", "max_line_chi2",
+               "min_point_keyframes", "line_observations", "max_eliminated_observations",
+               "shared_share", "shared_radius_m", "axis_loss_sigma"});
 }
 
 }  // namespace slcmap::mapping

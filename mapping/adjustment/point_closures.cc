@@ -13,6 +13,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMinCorrelation = 0.8;  // of a point's patch with where it is seen again
+
 // Which views look at a place alike.
 constexpr double kMaxAngle_rad = 0.35;     // at a point, between where the cameras are
 constexpr double kMaxDistanceShare = 0.6;  // of how far away the farthest point is
@@ -213,7 +215,7 @@ class PointSearch {
         3 * pixels_.focal_px() * (sigma.position_m / p_older.z() + sigma.yaw_rad) +
         options_.point_tolerance_px;
     PatchSearchOptions search;
-    search.min_correlation = options_.min_correlation;
+    search.min_correlation = kMinCorrelation;
     const Vector2d from_px = pixels_.DistortToPixel(pixels_.True(from.places[index]));
     std::vector<Vector2d> places;
     for (const Eigen::Vector2f& px :
@@ -264,8 +266,8 @@ class PointSearch {
       }
     }
     const Agreement agreement = FindAgreement(
-        votes, SigmaOver(path_m_[newer] - path_m_[older], options_), options_.min_displacement_m);
-    if (!IsUnique(agreement, options_.min_points, options_)) return std::nullopt;
+        votes, SigmaOver(path_m_[newer] - path_m_[older], options_), kClosureMinDisplacement_m);
+    if (!IsUnique(agreement, options_.min_points)) return std::nullopt;
     Closure closure{older, newer, agreement.shift, {}, {}, false};
     for (size_t i = 0; i < votes.size(); ++i) {
       if (agreement.chosen[i] < 0) continue;
@@ -290,7 +292,7 @@ class PointSearch {
         ++near;
         agreeing += (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
       }
-      if (agreeing >= options_.min_keyframes && 2 * agreeing > near) confirmed.push_back(closure);
+      if (agreeing >= kClosureMinKeyframes && 2 * agreeing > near) confirmed.push_back(closure);
     }
     return confirmed;
   }

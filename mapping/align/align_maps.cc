@@ -16,6 +16,20 @@ namespace {
 
 using Reason = AlignmentError::Reason;
 
+// What the maps have to share.
+constexpr double kMinSurfaces_m2 = 4;
+constexpr double kMinLines_m = 8;
+// Of what both know, the share of surfaces of the one in the free space of the other.
+constexpr double kMaxContradiction = 0.12;
+constexpr double kMinAgreeing = 0.5;  // of the surfaces of the second that the first knows
+// What tells another place from the best one (metres of lines and m2) has to speak for the best:
+// for the other at most this share of it, and in all by as much more, and by a share of all that
+// agrees. Where maps are held in their place by less than another share, they may slide.
+constexpr double kMaxRivalShare = 0.5;
+constexpr double kMinTelling = 1.5;
+constexpr double kMinTellingShare = 0.05;
+constexpr double kMinHoldingShare = 0.015;
+
 constexpr double kSamePlace_m = 0.2, kSamePlace_rad = 0.03;
 constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share of what agrees
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
@@ -132,27 +146,26 @@ class Aligner {
         fmt::format(
             "found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
             "{:.1f} m of lines agree; expected at least {} m2 and {} m",
-            surfaces_m2, lines_m, options_.min_surfaces_m2, options_.min_lines_m));
+            surfaces_m2, lines_m, kMinSurfaces_m2, kMinLines_m));
   }
 
   void CheckOverlap(const Place& best) const {
-    if (best.agreement.surfaces_m2() < options_.min_surfaces_m2 ||
-        best.agreement.lines_m() < options_.min_lines_m) {
+    if (best.agreement.surfaces_m2() < kMinSurfaces_m2 || best.agreement.lines_m() < kMinLines_m) {
       FailForOverlap(&best);
     }
   }
 
   void CheckContradiction(const Place& best) const {
     const double found = best.agreement.contradiction(), agreeing = best.agreement.agreeing_share();
-    if (found <= options_.max_contradiction && agreeing >= options_.min_agreeing) return;
+    if (found <= kMaxContradiction && agreeing >= kMinAgreeing) return;
     throw AlignmentError(
         Reason::kContradiction,
         fmt::format(
             "found {:.0f} % of the surfaces of one map in the free space of the other at the "
             "best place, {}, and {:.0f} % of those that both know alike; expected at most "
             "{:.0f} % and at least {:.0f} %: are both of one building?",
-            100 * found, InWords(best.fit.T_first_second), 100 * agreeing,
-            100 * options_.max_contradiction, 100 * options_.min_agreeing));
+            100 * found, InWords(best.fit.T_first_second), 100 * agreeing, 100 * kMaxContradiction,
+            100 * kMinAgreeing));
   }
 
   // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
@@ -167,13 +180,13 @@ class Aligner {
                                ? "--at reaches both: expected a start from which the wrong one is "
                                  "more than 2 m, 1 m of height or 20 degrees away"
                                : "--at says which";
-      most = std::max(most, CheckRival(best, rival, options_.min_telling_share, advice));
+      most = std::max(most, CheckRival(best, rival, kMinTellingShare, advice));
     }
     for (const Eigen::Vector3d& nudge : Nudges()) {
       progress_.ReportOrStop(1);
       AlignmentFit fit = best.fit;
       fit.T_first_second.translation += nudge;
-      most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share,
+      most = std::max(most, CheckRival(best, PlaceAt(fit), kMinHoldingShare,
                                        "nothing holds the second map there, so it may slide: "
                                        "expected maps that have more in common"));
     }
@@ -183,7 +196,7 @@ class Aligner {
   // Whether a place has enough for it to be asked about.
   bool IsRival(const Place& best, const Place& rival) const {
     const MapAgreement &a = best.agreement, &b = rival.agreement;
-    return b.contradiction() <= kRivalContradiction * options_.max_contradiction &&
+    return b.contradiction() <= kRivalContradiction * kMaxContradiction &&
            b.surfaces_m2() + b.lines_m() >= kRivalAgreeing * (a.surfaces_m2() + a.lines_m());
   }
 
@@ -204,12 +217,12 @@ class Aligner {
     const RigidTransform &T_best = best.fit.T_first_second, &T_rival = rival.fit.T_first_second;
     const Telling telling = WhatTells(best.agreement, rival.agreement);
     const double share = telling.for_rival / std::max(telling.for_best, 1e-9);
-    const double least = std::max(options_.min_telling, min_share * (best.agreement.surfaces_m2() +
-                                                                     best.agreement.lines_m()));
+    const double least = std::max(
+        kMinTelling, min_share * (best.agreement.surfaces_m2() + best.agreement.lines_m()));
     spdlog::debug("rival {}: {:.1f} for the best, {:.1f} for it, contradiction {:.3f}",
                   InWords(T_rival), telling.for_best, telling.for_rival,
                   rival.agreement.contradiction());
-    if (share < options_.max_rival_share && telling.for_best - telling.for_rival >= least) {
+    if (share < kMaxRivalShare && telling.for_best - telling.for_rival >= least) {
       return share;
     }
     throw AlignmentError(
@@ -219,7 +232,7 @@ class Aligner {
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
             "the other, expected at most {:.0f} % of it and {:.1f} less; {}",
             InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-            100 * options_.max_rival_share, least, advice));
+            100 * kMaxRivalShare, least, advice));
   }
 
   // As --at takes it.

@@ -23,22 +23,6 @@ inline constexpr double kStartReach_m = 2, kStartReachUp_m = 1, kStartReachYaw_r
 
 struct AlignmentOptions {
   std::optional<RoughStart> start;  // none: anywhere
-
-  // Of the plan that is searched; grows with buildings that are larger than some 200 m.
-  double vote_cell_m = 0.1;
-  int max_candidates = 60;  // places that are looked at closely
-
-  // What the maps have to share.
-  double min_surfaces_m2 = 4, min_lines_m = 8;
-  // Of what both know, the share of surfaces of the one in the free space of the other.
-  double max_contradiction = 0.12;
-  double min_agreeing = 0.5;  // of the surfaces of the second that the first knows
-  // What tells another place from the best one (metres of lines and m2) has to speak for the best:
-  // for the other at most this share of it, and in all by as much more, and by a share of all that
-  // agrees. Where maps are held in their place by less than another share, they may slide.
-  double max_rival_share = 0.5;
-  double min_telling = 1.5;
-  double min_telling_share = 0.05, min_holding_share = 0.015;
 };
 
 // Two maps of which it is not known how they belong together.

@@ -257,13 +257,12 @@ class Union {
   Union(std::vector<SourceLine> sources, double alignment_m)
       : sources_(std::move(sources)), alignment_m_(alignment_m) {}
 
-  LinesOfMap Of(const LinesOfMap& first, const LinesOfMap& second, const UnitedAxes& axes,
-                const LineMergingOptions& options) {
+  LinesOfMap Of(const LinesOfMap& first, const LinesOfMap& second, const UnitedAxes& axes) {
     std::vector<TrackedLine> tracked;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       tracked.push_back(TrackedFrom(sources_[i], static_cast<int>(i), axes));
     }
-    for (const TrackedLine& line : MergeLines(std::move(tracked), options, alignment_m_)) Add(line);
+    for (const TrackedLine& line : MergeLines(std::move(tracked), alignment_m_)) Add(line);
     AddSupports(first, 0);
     AddSupports(second, 1);
     SortSupports();
@@ -346,8 +345,7 @@ class Union {
 
 }  // namespace
 
-LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double alignment_m,
-                      const LineMergingOptions& options) {
+LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double alignment_m) {
   UnitedAxes axes;
   axes.AddFirst(first.lines);
   LinesOfMap renamed = second;
@@ -355,7 +353,7 @@ LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double 
   std::vector<SourceLine> sources = CollectSourceLines(first, 0);
   std::vector<SourceLine> others = CollectSourceLines(renamed, 1);
   std::move(others.begin(), others.end(), std::back_inserter(sources));
-  return Union(std::move(sources), alignment_m).Of(first, renamed, axes, options);
+  return Union(std::move(sources), alignment_m).Of(first, renamed, axes);
 }
 
 namespace {

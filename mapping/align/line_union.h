@@ -19,8 +19,7 @@ struct LinesOfMap {
 // become one line as mapping/lines/line_merging merges them: where the best known is, with the
 // pieces, supports and observations of all. Its kind is what most of their length says. Axes of the
 // second that are those of the first get their numbers. Ids count from 0.
-LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double alignment_m,
-                      const LineMergingOptions& options);
+LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double alignment_m);
 
 // Both are in one world. Pipes that lie along each other, with axes and radii that agree, become
 // one: the best known, as far as either was seen. A pipe of the second is along the axis that the

@@ -217,7 +217,7 @@ void UniteContents(const RigidTransform& T_first_second, const MergeOptions& opt
   progress.ReportOrStop(0.3);
   SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud_voxel_m), first);
   progress.ReportOrStop(0.4);
-  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines), first);
+  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m), first);
   first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
   progress.ReportOrStop(0.7);
   first->occupancy = UniteOccupancy(first->occupancy, second->occupancy, T_first_second,

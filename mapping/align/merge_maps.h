@@ -20,7 +20,6 @@ std::vector<std::string> CollectRuns(const MapResult& map);
 
 struct MergeOptions {
   double cloud_voxel_m, dense_voxel_m;  // that a point of either cloud stands for
-  LineMergingOptions lines;
 };
 
 struct UnitedMaps {

@@ -12,6 +12,10 @@
 namespace slcmap::inline mapping {
 namespace {
 
+// Of the plan that is searched; grows with buildings that are larger than some 200 m.
+constexpr double kVoteCell_m = 0.1;
+constexpr int kMaxCandidates = 60;  // places that are looked at closely
+
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 constexpr int kMostCells = 2048;        // of a side of the plan
 constexpr double kSameTurn_rad = 0.01;  // turns that one of is enough of
@@ -249,7 +253,7 @@ std::vector<AlignmentCandidate> ListCandidates(const Turn& turn, const Alignment
       LevelTransform(turn.yaw_rad - turn.heading_rad, Eigen::Vector3d::Zero());
   const PlanBox first_box = BoundPoints(first, straight), second_box = BoundPoints(second, turned);
   const double extent_m = (first_box.size() + second_box.size()).maxCoeff();
-  const double cell_m = std::max(options.vote_cell_m, extent_m / kMostCells);
+  const double cell_m = std::max(kVoteCell_m, extent_m / kMostCells);
   const cv::Size cells = CellsFor(first_box, second_box, cell_m);
   const PlanLayers ours =
       Plan(first, straight, first_box, cells, cell_m).Spectra(true, progress.Part(0.2, 0.5));
@@ -299,7 +303,7 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   std::stable_sort(
       all.begin(), all.end(),
       [](const AlignmentCandidate& a, const AlignmentCandidate& b) { return a.votes > b.votes; });
-  if (static_cast<int>(all.size()) > options.max_candidates) all.resize(options.max_candidates);
+  if (static_cast<int>(all.size()) > kMaxCandidates) all.resize(kMaxCandidates);
   return all;
 }
 

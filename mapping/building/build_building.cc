@@ -17,6 +17,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMaxPointSigma_m = 0.05;  // points that are less certain are left out
+constexpr double kBehind_m = 0.15;         // a ray that ends so far behind a face went through it
+constexpr int kMaxRays = 2000000;  // of the rays, beyond which only every so manieth is looked at
+
 constexpr double kUprightSine = 0.3;       // of the normals of upright surfaces
 constexpr double kLeastNormal = 0.5;       // shorter: unknown
 constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
@@ -112,7 +116,7 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
   const std::vector<int> level_of = CollectLevels(input.rays, levels);
-  const FreeSpaceRays rays(input.rays, options.max_rays);
+  const FreeSpaceRays rays(input.rays, kMaxRays);
   const auto threads = static_cast<size_t>(std::max(1, cv::getNumThreads()));
   std::vector<std::vector<FreeSpace>> of_threads(threads, spaces);
   const auto add_view = [&](size_t view, std::vector<FreeSpace>* some) {
@@ -181,7 +185,7 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
     }
   }
   const std::vector<int> level_of = CollectLevels(input.rays, levels);
-  const FreeSpaceRays rays(input.rays, options.max_rays);
+  const FreeSpaceRays rays(input.rays, kMaxRays);
   std::vector<std::pair<size_t, size_t>> faces;  // level, and face of it
   for (size_t i = 0; i < data->size(); ++i) {
     for (size_t k = 0; k < (*data)[i].faces.size(); ++k) faces.emplace_back(i, k);
@@ -194,7 +198,7 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
       for (size_t view = begin; view < end; ++view) {
         if (level_of[view] != static_cast<int>(i)) continue;
         rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& ray_end, double sigma_m) {
-          AddRay(face, camera, ray_end, sigma_m, options.behind_m, grid);
+          AddRay(face, camera, ray_end, sigma_m, kBehind_m, grid);
         });
       }
     });
@@ -234,7 +238,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
   for (size_t k = 0; k < data->faces.size(); ++k) {
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {
-      built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
+      built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
       CoverWindows(built.openings, level, &built.wall);
     }
   }
@@ -253,7 +257,7 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
     room.polygon = found.polygon;
     room.area_m2 = Area(found.polygon);
     room.bounded = found.bounded;
-    AddFloorAndCeiling(input, level, options, &room, &building->planes);
+    AddFloorAndCeiling(input, level, &room, &building->planes);
     building->rooms.push_back(room);
   }
 }
@@ -328,7 +332,7 @@ std::vector<FaceOpening> OpeningsBehind(const std::vector<BuiltFace>& faces, con
       const double b = back.MeasureAlong(front.wall.face.PointAt(opening.to_m));
       opening.from_m = std::max(std::min(a, b), back.from_m);
       opening.to_m = std::min(std::max(a, b), back.to_m);
-      if (opening.to_m - opening.from_m >= options.min_opening_m) openings.push_back(opening);
+      if (opening.to_m - opening.from_m >= kBuildingMinOpening_m) openings.push_back(opening);
     }
   }
   return openings;
@@ -388,7 +392,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   options.Check();
   BuildingInput input = all;
   std::erase_if(input.points, [&](const SurfacePoint& point) {
-    return !(point.sigma_m <= options.max_point_sigma_m) || !point.p_world.allFinite();
+    return !(point.sigma_m <= kMaxPointSigma_m) || !point.p_world.allFinite();
   });
   Building building;
   const std::vector<Level> levels = FindLevels(input);
@@ -398,7 +402,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   }
   std::vector<LevelData> data(levels.size());
   AddPointSamples(input, levels, &data);
-  AddLineSamples(input, levels, options.line_sample_m, &data);
+  AddLineSamples(input, levels, kBuildingLineSample_m, &data);
   const std::vector<FreeSpace> free =
       FreeSpaces(input, levels, options, progress.Part(kSorted, 0.5 * (kSorted + kFaced)),
                  [](int, const Vector2d&, const Vector2d& to) { return to; });

@@ -97,7 +97,7 @@ std::pair<int, int> FindAreaCell(double s, double z) {
           static_cast<int>(std::floor(z / kAreaCell_m))};
 }
 
-FaceFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& options) {
+FaceFit FitStrips(const std::vector<StripMean>& strips) {
   double weight = 0, s_sum = 0, n_sum = 0;
   for (const StripMean& strip : strips) {
     weight += 1 / strip.variance_m2;
@@ -124,9 +124,9 @@ FaceFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& o
   const double count = static_cast<double>(strips.size());
   const double scatter_m2 = squares / weight;
   const double reach_m = strips.back().s - strips.front().s + kStrip_m;
-  const double independent = std::max(1.0, std::min(count, reach_m / options.bend_length_m));
+  const double independent = std::max(1.0, std::min(count, reach_m / kBuildingBendLength_m));
   fit.offset_sigma_m = std::sqrt(1 / weight + scatter_m2 / independent +
-                                 options.shared_sigma_m * options.shared_sigma_m);
+                                 kBuildingSharedSigma_m * kBuildingSharedSigma_m);
   fit.slope_sigma =
       std::sqrt(1 / (ss + prior) + 12 * scatter_m2 / (independent * reach_m * reach_m));
   fit.from_m = strips.front().s - 0.5 * kStrip_m;
@@ -143,7 +143,7 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
     if (used->size() < kLeastMembers) return false;
     const std::vector<StripMean> means = StripMeans(samples, *used, *fit, options.merge_m);
     if (means.empty()) return false;
-    *fit = FitStrips(means, options);
+    *fit = FitStrips(means);
     fit->offset_sigma_m = std::hypot(fit->offset_sigma_m, CommonSigma(samples, *used));
     SetEnds(samples, *used, fit);
   }

@@ -15,6 +15,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr double kMaxProud_m = 0.04;  // how far what is fixed to a wall stands before it
+
 constexpr double kBin_m = 0.001;            // of distances from the face
 constexpr double kSamplesWithin_m = 0.06;   // samples so far from the face are looked at
 constexpr int kBins = 120;                  // up to there on both sides
@@ -156,9 +158,8 @@ bool LiesAlong(const FaceSample& sample, const Face& face) {
 
 class Surface {
  public:
-  Surface(const std::vector<FaceSample>& samples, double most_m, const BuildingOptions& options,
-          const Face& face)
-      : max_proud_m_(options.max_proud_m),
+  Surface(const std::vector<FaceSample>& samples, double most_m, const Face& face)
+      : max_proud_m_(kMaxProud_m),
         most_m_(most_m),
         middle_m_(0.5 * (face.from_m + face.to_m)),
         length_m_(face.Length()),
@@ -176,7 +177,7 @@ class Surface {
         continue;
       }
       lines_.places.push_back(place);
-      lines_.places.back().weight = kLinesWeightEach_m * options.line_sample_m;
+      lines_.places.back().weight = kLinesWeightEach_m * kBuildingLineSample_m;
       line_places.Add(OnFace(sample, face), 0);
     }
     AddPoints(points, line_places, face);
@@ -333,10 +334,9 @@ class Surface {
 
 }  // namespace
 
-double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
-                       const BuildingOptions& options, Face* face) {
+double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m, Face* face) {
   constexpr int kTurns = 2;
-  Surface surface(samples, most_m, options, *face);
+  Surface surface(samples, most_m, *face);
   if (!surface.is_known()) return 0;
   surface.FindOffset();
   for (int round = 0; round < kTurns; ++round) {

@@ -18,7 +18,6 @@ namespace slcmap::inline mapping {
 // their length. The face moves by at most most_m at its middle; without samples it stays. Samples:
 // those of its storey, in any order. Returns the standard deviation that this adds to that of the
 // face's offset.
-double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
-                       const BuildingOptions& options, Face* face);
+double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m, Face* face);
 
 }  // namespace slcmap::mapping

@@ -16,6 +16,11 @@ namespace {
 
 using Eigen::Vector2d;
 
+// Faces.
+constexpr double kNormalTolerance_deg = 15;  // between a point's normal and that of its face
+constexpr double kMinFace_m2 = 0.15;         // of surface measured on it
+constexpr double kJoinGap_m = 3;             // pieces of one plane so far apart are one face
+
 constexpr int kMaxHeadings = 24;
 constexpr int kHeadingBins = 180;         // of half a turn: a degree each
 constexpr int kHeadingBlur = 3;           // bins
@@ -75,7 +80,7 @@ class HeadingSearch {
                 const IsFreeAt& is_free, const BuildingOptions& options, double heading_rad)
       : heading_(Direction(heading_rad)),
         along_(-heading_.y(), heading_.x()),
-        tolerance_cosine_(std::cos(options.normal_tolerance_deg * kDegree)),
+        tolerance_cosine_(std::cos(kNormalTolerance_deg * kDegree)),
         options_(options) {
     for (size_t i = 0; i < samples.size(); ++i) {
       if (!explained[i]) Add(samples[i], static_cast<int>(i), is_free);
@@ -89,7 +94,7 @@ class HeadingSearch {
     std::vector<HeadedSample> left = headed_;
     // Strong chains take their samples from the weaker ones, which are followed anew.
     for (const std::vector<StripMean>& chain : FollowOffsets(left, options_)) {
-      FaceFit fit = FitStrips(chain, options_);
+      FaceFit fit = FitStrips(chain);
       std::vector<int> members;
       if (!Refit(left, tolerance_cosine_, Gate(), options_, &fit, &members)) continue;
       std::optional<FoundFace> found = MakeFace(left, fit, members);
@@ -140,8 +145,7 @@ class HeadingSearch {
     found.face.mostly_above_m = heights[heights.size() / 10];
     found.face.area_m2 = CellArea(cells);
     SetPlane(&found);
-    const bool is_face = std::abs(fit.slope) <= kMostSlope &&
-                         found.face.area_m2 >= options_.min_face_m2 &&
+    const bool is_face = std::abs(fit.slope) <= kMostSlope && found.face.area_m2 >= kMinFace_m2 &&
                          found.face.high_m - found.face.low_m >= kLeastHeight_m &&
                          found.face.Length() >= kLeastLength_m;
     return is_face ? std::optional(found) : std::nullopt;
@@ -174,7 +178,7 @@ class HeadingSearch {
     const FaceFit& first = a.fit.from_m < b.fit.from_m ? a.fit : b.fit;
     const FaceFit& second = &first == &a.fit ? b.fit : a.fit;
     const double gap_m = second.from_m - first.to_m;
-    if (gap_m > options_.join_gap_m) return false;
+    if (gap_m > kJoinGap_m) return false;
     const double s = 0.5 * (first.to_m + second.from_m);
     const double sigma_m = std::hypot(first.SigmaAt(s), second.SigmaAt(s));
     const double step_m = std::abs(first.At(s) - second.At(s));
@@ -266,7 +270,7 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
   const double a = stronger.MeasureAlong(face.PointAt(face.from_m));
   const double b = stronger.MeasureAlong(face.PointAt(face.to_m));
   const double gap_m = std::max(a - stronger.to_m, stronger.from_m - b);
-  if (gap_m > options.join_gap_m) return false;
+  if (gap_m > kJoinGap_m) return false;
   const double middle_m = 0.5 * (face.from_m + face.to_m);
   const double sigma_m =
       std::hypot(face.sigma_m, SigmaAt(stronger, stronger.MeasureAlong(face.PointAt(middle_m))));
@@ -277,8 +281,7 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
 // A face goes on as far as lines on it do: where a wall is blank, its edges to floor and ceiling
 // are all that is seen of it, and lone lines are no faces. Not so far that its heading tells
 // nothing of where it would be.
-void ExtendAlongLines(const std::vector<FaceSample>& samples, const BuildingOptions& options,
-                      Face* face) {
+void ExtendAlongLines(const std::vector<FaceSample>& samples, Face* face) {
   constexpr double kOnFace_m = 0.015, kAstray_m = 0.03;
   const double reach_m = kAstray_m / std::max(face->heading_sigma_rad, 1e-4);
   const double middle_m = 0.5 * (face->from_m + face->to_m);
@@ -294,10 +297,10 @@ void ExtendAlongLines(const std::vector<FaceSample>& samples, const BuildingOpti
   }
   std::sort(places_m.begin(), places_m.end());
   for (const double along_m : places_m) {
-    if (along_m > face->to_m && along_m - face->to_m <= options.join_gap_m) face->to_m = along_m;
+    if (along_m > face->to_m && along_m - face->to_m <= kJoinGap_m) face->to_m = along_m;
   }
   for (auto at = places_m.rbegin(); at != places_m.rend(); ++at) {
-    if (*at < face->from_m && face->from_m - *at <= options.join_gap_m) face->from_m = *at;
+    if (*at < face->from_m && face->from_m - *at <= kJoinGap_m) face->from_m = *at;
   }
 }
 
@@ -353,9 +356,9 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
   ForEachWatched(faces.size(), {}, [&](size_t i) {
     Face& face = faces[i];
-    MoveOntoSurface(samples, kBehindProud_m, options, &face);
-    ExtendAlongLines(samples, options, &face);
-    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, options, &face));
+    MoveOntoSurface(samples, kBehindProud_m, &face);
+    ExtendAlongLines(samples, &face);
+    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, &face));
   });
   return Continued(faces, options);
 }

@@ -58,7 +58,7 @@ int BehindWhatHangs(const HeightHistogram& histogram, HeightHistogram::const_ite
 
 // The height that surfaces have in most columns; of ceilings that above what hangs from them.
 std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ceiling,
-                                 double least_m2, const BuildingOptions& options) {
+                                 double least_m2) {
   HeightHistogram histogram;
   for (const Vector3d& p : points) {
     const int bin = static_cast<int>(std::floor(p.z() / kPlaneBin_m));
@@ -79,8 +79,8 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
     ++count;
   }
   const double mean = sum / count, variance = std::max(0.0, squares / count - mean * mean);
-  const double bends = std::max(1.0, area_m2 / (options.bend_length_m * options.bend_length_m));
-  return Height{middle_m + mean, std::hypot(options.shared_sigma_m, std::sqrt(variance / bends)),
+  const double bends = std::max(1.0, area_m2 / (kBuildingBendLength_m * kBuildingBendLength_m));
+  return Height{middle_m + mean, std::hypot(kBuildingSharedSigma_m, std::sqrt(variance / bends)),
                 area_m2};
 }
 
@@ -125,10 +125,10 @@ double CoveredRim(std::vector<RimPart> parts) {
 }
 
 // No better than the best of the parts, which may err alike.
-Height MeanHeight(const std::vector<RimPart>& parts, const BuildingOptions& options) {
+Height MeanHeight(const std::vector<RimPart>& parts) {
   double weights = 0, sum = 0, squares = 0, least_sigma_m = parts.front().sigma_m;
   for (const RimPart& part : parts) {
-    const double sigma_m = std::hypot(part.sigma_m, options.shared_sigma_m);
+    const double sigma_m = std::hypot(part.sigma_m, kBuildingSharedSigma_m);
     const double weight = (part.to_m - part.from_m) / (sigma_m * sigma_m);
     weights += weight;
     sum += weight * part.z_m;
@@ -137,13 +137,13 @@ Height MeanHeight(const std::vector<RimPart>& parts, const BuildingOptions& opti
   }
   const double z_m = sum / weights;
   const double scatter_m = std::sqrt(std::max(0.0, squares / weights - z_m * z_m));
-  return {z_m, std::hypot(options.shared_sigma_m, std::hypot(scatter_m, least_sigma_m))};
+  return {z_m, std::hypot(kBuildingSharedSigma_m, std::hypot(scatter_m, least_sigma_m))};
 }
 
 // The highest place at which lines lie along enough of the border of a room, where its walls meet
 // the ceiling: those are seen where the ceiling itself is too dark or too plain.
 std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& room, double low_m,
-                                double high_m, const BuildingOptions& options) {
+                                double high_m) {
   std::map<int, std::vector<RimPart>> by_height;
   for (const MapLine& line : lines) {
     for (const RimPart& part : RimParts(room.polygon.outline, line)) {
@@ -163,7 +163,7 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
     best = &bin->second;
   }
   if (!best) return std::nullopt;
-  return MeanHeight(*best, options);
+  return MeanHeight(*best);
 }
 
 // Points of level surfaces that face a way, between two heights within a room.
@@ -184,19 +184,18 @@ std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const
 // What little is seen of a level surface may hang beneath the ceiling. Where nothing is, that of
 // the storey may go on.
 std::optional<Height> LocateCeiling(const BuildingInput& input, const Level& level,
-                                    const Room& room, const BuildingOptions& options) {
+                                    const Room& room) {
   const auto seen =
       MostCommon(LevelPoints(input.points, room, -1, room.floor_m + kLeastRoomHeight_m,
                              level.top_m + kAboveTop_m),
-                 true, kLeastShare * room.area_m2, options);
+                 true, kLeastShare * room.area_m2);
   if (!seen && !level.ceiling_m) return std::nullopt;
   if (!seen) {
-    return RimHeight(input.lines, room, *level.ceiling_m - kPeak_m, *level.ceiling_m + kRimAbove_m,
-                     options);
+    return RimHeight(input.lines, room, *level.ceiling_m - kPeak_m, *level.ceiling_m + kRimAbove_m);
   }
   if (seen->area_m2 > kSureShare * room.area_m2) return seen;
   const double most_m = std::min(seen->z_m + kHung_m, level.top_m + kRimAbove_m);
-  const auto rim = RimHeight(input.lines, room, seen->z_m - kPlaneBin_m, most_m, options);
+  const auto rim = RimHeight(input.lines, room, seen->z_m - kPlaneBin_m, most_m);
   return rim ? rim : seen;
 }
 
@@ -217,19 +216,18 @@ BuildingPlane LevelPlane(const Room& room, const Height& height, bool is_floor, 
 
 }  // namespace
 
-void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
-                        const BuildingOptions& options, Room* room,
+void AddFloorAndCeiling(const BuildingInput& input, const Level& level, Room* room,
                         std::vector<BuildingPlane>* planes) {
   const double least_m2 = kLeastShare * room->area_m2;
   room->floor_m = level.floor_m;
   const auto floor = MostCommon(LevelPoints(input.points, *room, 1, level.floor_m - kFloorReach_m,
                                             level.floor_m + kFloorReach_m),
-                                false, least_m2, options);
+                                false, least_m2);
   if (floor) room->floor_m = floor->z_m;
   planes->push_back(LevelPlane(*room, floor.value_or(Height{level.floor_m, kStoreySigma_m}), true,
                                planes->size()));
   planes->back().inferred = !floor;
-  const auto ceiling = LocateCeiling(input, level, *room, options);
+  const auto ceiling = LocateCeiling(input, level, *room);
   if (!ceiling) return;
   room->height_m = ceiling->z_m - room->floor_m;
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));

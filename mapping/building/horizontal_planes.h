@@ -14,8 +14,7 @@ namespace slcmap::inline mapping {
 // most of the level surface in it is (2 cm), away from its floor for the ceiling; where little is
 // seen there, that at which lines lie along its border above; where nothing is, about the height of
 // the storey's ceiling, if that is known.
-void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
-                        const BuildingOptions& options, Room* room,
+void AddFloorAndCeiling(const BuildingInput& input, const Level& level, Room* room,
                         std::vector<BuildingPlane>* planes);
 
 }  // namespace slcmap::mapping

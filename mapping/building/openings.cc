@@ -12,6 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kSnap_m = 0.05;  // to a line, or by 2 sigma of it
+
 constexpr double kFloorGap_m = 0.45;  // beneath a door, where little is seen
 constexpr double kLeastDoor_m = 1.7;  // height
 constexpr double kLintel_m = 0.25;    // a door has at least this above it
@@ -281,11 +283,11 @@ void JoinPanes(std::vector<FaceOpening>* openings) {
 
 // As the grid has it; none where too little of the region is a rectangle, or nothing is beside it.
 std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& labels, int label,
-                                       const cv::Rect& box, const BuildingOptions& options) {
+                                       const cv::Rect& box) {
   auto core = FindCore(labels, label, box);
   if (core) GrowToCheeks(grid, &*core);
-  if (!core || core->width * grid.cell_m < options.min_opening_m ||
-      core->height * grid.cell_m < options.min_opening_m || !IsFramed(grid, *core)) {
+  if (!core || core->width * grid.cell_m < kBuildingMinOpening_m ||
+      core->height * grid.cell_m < kBuildingMinOpening_m || !IsFramed(grid, *core)) {
     return std::nullopt;
   }
   FaceOpening opening;
@@ -299,7 +301,7 @@ std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& la
 }  // namespace
 
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
-                                      const BuildingInput& input, const BuildingOptions& options) {
+                                      const BuildingInput& input) {
   cv::Mat1i labels, stats;
   cv::Mat1d middles;
   const int count =
@@ -308,7 +310,7 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   for (int label = 1; label < count; ++label) {
     const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
                        stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
-    auto opening = MakeOpening(grid, labels, label, box, options);
+    auto opening = MakeOpening(grid, labels, label, box);
     if (!opening) continue;
     opening->walked = IsWalked(face, *opening, input.trajectory_world);
     SetKind(level, &*opening);
@@ -316,7 +318,7 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   }
   JoinPanes(&openings);
   const std::vector<EdgeLine> lines = LinesNear(face, input.lines);
-  for (FaceOpening& opening : openings) SnapEdges(lines, options.snap_m, &opening);
+  for (FaceOpening& opening : openings) SnapEdges(lines, kSnap_m, &opening);
   std::sort(openings.begin(), openings.end(), [](const FaceOpening& a, const FaceOpening& b) {
     return a.from_m != b.from_m ? a.from_m < b.from_m : a.low_m < b.low_m;
   });

@@ -21,6 +21,6 @@ struct FaceOpening {
 // within max(2 sigma, options.snap_m). Those that begin near the floor are doors, or passages where
 // nothing is above them or they are wide; the others are windows, which bars may divide.
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
-                                      const BuildingInput& input, const BuildingOptions& options);
+                                      const BuildingInput& input);
 
 }  // namespace slcmap::mapping

@@ -37,6 +37,9 @@ std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
 
 namespace {
 
+constexpr double kBorderCost_m = 0.25;  // of a border without a wall, as area of a cell by length
+constexpr double kMinRoom_m2 = 1.0;
+
 // A flow network with residual capacities, as Boost asks for it.
 using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
 using MakeEdge = Traits::edge_descriptor;
@@ -315,7 +318,7 @@ std::optional<Passage> PassageBetween(const Border& a, const Border& b,
                                   FindInterval(frame, b.part_from, b.part_to));
   const Interval shared =
       Common(FindInterval(frame, a.from, a.to), FindInterval(frame, b.from, b.to));
-  if (opening.length_m() <= options.max_door_width_m || shared.length_m() <= kApart_m) {
+  if (opening.length_m() <= kBuildingMaxDoorWidth_m || shared.length_m() <= kApart_m) {
     return std::nullopt;
   }
   if (IsBarred(frame, shared, depth_m, borders)) return std::nullopt;
@@ -412,7 +415,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   }
   const std::vector<Border> borders = finder.Borders();
   KeepOpenPlaces(borders, &cells);
-  LabelCells(borders, options.border_cost_m, &cells);
+  LabelCells(borders, kBorderCost_m, &cells);
 
   Groups groups(cells.size());
   for (const Border& border : borders) {
@@ -420,7 +423,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   }
   const std::vector<Passage> passages = PassagesThroughWalls(cells, borders, options);
   for (const Passage& passage : passages) groups.Join(passage.cell, passage.other);
-  JoinSmall(cells, borders, options.min_room_m2, &groups);
+  JoinSmall(cells, borders, kMinRoom_m2, &groups);
   std::map<int, std::vector<int>> members;
   for (size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].is_inside) members[groups.Of(static_cast<int>(i))].push_back(static_cast<int>(i));
@@ -437,7 +440,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     for (const Passage& passage : passages) {
       if (groups.Of(passage.cell) == group) polygons.push_back(passage.polygon);
     }
-    if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
+    if (area_m2 < kMinRoom_m2 || free_m2 < kLeastFree * area_m2) continue;
     const double bounded = BoundedShare(borders, cells, passages, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;

@@ -9,6 +9,9 @@ namespace {
 
 using Eigen::Vector2d;
 
+// Rooms.
+constexpr double kExtension_m = 30;  // of a wall's line beyond what was measured of it, at most
+
 constexpr double kShortest_m = 0.2;  // parts that are shorter belong to those beside them
 constexpr double kCovered = 0.4;     // share of a step from which on it counts as covered
 constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
@@ -84,16 +87,16 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
 // Beyond both faces of another wall, where that was measured, no line goes on.
 double FindExtension(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
                      const BuildingOptions& options) {
-  const auto first_m = FirstWall(walls, wall, at_end, options.extension_m, IsCoveredAcross);
-  return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : options.extension_m;
+  const auto first_m = FirstWall(walls, wall, at_end, kExtension_m, IsCoveredAcross);
+  return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : kExtension_m;
 }
 
 void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, WallLine* line) {
   const WallFace& wall = *line->wall;
   const double far_from_m = wall.face.from_m - FindExtension(walls, wall, false, options);
   const double far_to_m = wall.face.to_m + FindExtension(walls, wall, true, options);
-  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m, IsCoveredNear);
-  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m, IsCoveredNear);
+  const auto before_m = FirstWall(walls, wall, false, kBuildingMaxDoorWidth_m, IsCoveredNear);
+  const auto after_m = FirstWall(walls, wall, true, kBuildingMaxDoorWidth_m, IsCoveredNear);
   const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
   const double to_m = wall.face.to_m + std::max(after_m.value_or(0), 0.0);
   std::vector<WallPart> parts;
@@ -131,7 +134,7 @@ std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
     DropShort(&line.parts);
     for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
       WallPart& part = line.parts[i];
-      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= options.max_door_width_m;
+      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= kBuildingMaxDoorWidth_m;
     }
     Extend(walls, options, &line);
     lines.push_back(line);

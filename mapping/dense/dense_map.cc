@@ -20,6 +20,11 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kPoseSigma_px = 0.15;  // what poses let the image of another view be off
+constexpr int kNeighbours = 3;          // views whose images refine the depth of one
+// What is kept.
+constexpr int kWindowViews = 8;  // on either side, that may confirm a view's depth
+
 constexpr double kFreeSigmas = 3;
 constexpr double kMaxCells = 1 << 30;  // around a camera, a bit each
 
@@ -224,7 +229,7 @@ DepthWindow::DepthWindow(const Views& views, const std::vector<std::size_t>& sel
       camera_(images.rig().cameras[0]) {}
 
 std::vector<DepthWindow::ConfirmedView> DepthWindow::Next() {
-  const std::size_t reach = options_.window_views, count = selected_.size();
+  const std::size_t reach = kWindowViews, count = selected_.size();
   // How many of the selected views can be worked on when those before `known` are.
   const auto ready = [&](std::size_t known) {
     return known == count ? count : known - std::min(known, reach);
@@ -262,7 +267,7 @@ void DepthWindow::Read(std::size_t i) {
 }
 
 std::vector<std::size_t> DepthWindow::Around(std::size_t i) const {
-  const std::size_t reach = options_.window_views;
+  const std::size_t reach = kWindowViews;
   std::vector<std::size_t> around;
   for (std::size_t j = i - std::min(i, reach); j <= i + reach && j < read_; ++j) {
     if (j != i && At(j).segment == At(i).segment && !At(j).left.empty()) around.push_back(j);
@@ -282,7 +287,7 @@ std::vector<std::size_t> DepthWindow::FindNeighbours(std::size_t i) const {
     }
   }
   std::vector<std::size_t> neighbours;
-  for (int k = 0; k < options_.neighbours && !candidates.empty(); ++k) {
+  for (int k = 0; k < kNeighbours && !candidates.empty(); ++k) {
     const double wanted_m = kWantedOffsets_m[k % kWantedOffsets_m.size()];
     const auto nearest =
         std::min_element(candidates.begin(), candidates.end(), [&](std::size_t a, std::size_t b) {
@@ -302,10 +307,10 @@ void DepthWindow::Refine(std::size_t i) {
   std::vector<NeighbourImage> neighbours = {
       {&view.right, rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0], options_.pair_sigma_px}};
   for (const std::size_t j : FindNeighbours(i)) {
-    neighbours.push_back({&At(j).left, At(j).T_world_camera.Inverse() * view.T_world_camera,
-                          options_.pose_sigma_px});
+    neighbours.push_back(
+        {&At(j).left, At(j).T_world_camera.Inverse() * view.T_world_camera, kPoseSigma_px});
   }
-  RefineDepth(view.left, neighbours, camera_, options_, &view.depth);
+  RefineDepth(view.left, neighbours, camera_, &view.depth);
   view.right = DepthPyramid();
 }
 

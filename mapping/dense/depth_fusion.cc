@@ -13,6 +13,10 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr int kMinViews = 3;            // that agree, itself among them
+constexpr double kMinBaseline_m = 0.1;  // between those that count
+constexpr double kAgreeSigmas = 2;
+
 constexpr double kContrarySigmas = 3;
 constexpr double kFloor = 0.008;  // of inverse depth, as a share: planes bend between nodes
 
@@ -38,12 +42,12 @@ class Confirmer {
       if (opinion != Opinion::kAgrees) continue;
       const Eigen::Vector3d place = T_other_view_[i].Inverse().translation;
       const bool is_apart = std::all_of(places.begin(), places.end(), [&](const auto& other) {
-        return (place - other).norm() >= options_.min_baseline_m;
+        return (place - other).norm() >= kMinBaseline_m;
       });
       if (is_apart) places.push_back(place);
     }
     const int agreeing = static_cast<int>(places.size());
-    return agreeing >= options_.min_views && agreeing > contrary;
+    return agreeing >= kMinViews && agreeing > contrary;
   }
 
  private:
@@ -62,7 +66,7 @@ class Confirmer {
     const double sigma = node.sigma * std::pow(inverse / node.inverse_depth, 2);
     const double floor = kFloor * inverse;
     const double both = std::sqrt(sigma * sigma + seen->sigma * seen->sigma + floor * floor);
-    if (std::abs(seen_inverse - inverse) <= options_.agree_sigmas * both) return Opinion::kAgrees;
+    if (std::abs(seen_inverse - inverse) <= kAgreeSigmas * both) return Opinion::kAgrees;
     return seen_inverse < inverse - kContrarySigmas * both ? Opinion::kContradicts : Opinion::kNone;
   }
 

@@ -411,10 +411,10 @@ DepthPyramid::DepthPyramid(const cv::Mat& image) {
   }
 }
 
-void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* grid) {
+void SmoothSlopes(const Camera& camera, DepthGrid* grid) {
   constexpr int kMinNodes = 6;
   constexpr float kTolerance = 0.02F;  // of inverse depth, as a share: slopes are rough at first
-  const double min_cosine = std::cos(options.max_grazing_deg * M_PI / 180);
+  const double min_cosine = std::cos(kDepthMaxGrazing_deg * M_PI / 180);
   const DepthGrid given = *grid;
   for (int row = 0; row < grid->rows; ++row) {
     for (int column = 0; column < grid->columns; ++column) {
@@ -434,7 +434,7 @@ void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* 
 }
 
 void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage>& neighbours,
-                 const Camera& camera, const DenseOptions& options, DepthGrid* grid) {
+                 const Camera& camera, DepthGrid* grid) {
   std::vector<PatchRefiner> levels;
   for (int level = 0; level < DepthPyramid::kLevels; ++level) {
     levels.emplace_back(reference, neighbours, camera, level);
@@ -442,7 +442,7 @@ void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage
   const DepthGrid matched = *grid;
   for (int pass = 0; pass < 2; ++pass) {
     RefineNodes(levels, matched, grid);
-    SmoothSlopes(camera, options, grid);
+    SmoothSlopes(camera, grid);
   }
 }
 

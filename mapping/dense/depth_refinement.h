@@ -36,10 +36,10 @@ struct NeighbourImage {
 // becomes that of the result. A node becomes unknown where too few neighbours agree, where its
 // patch has no texture at any size, or where it ends far from where it began.
 void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage>& neighbours,
-                 const Camera& camera, const DenseOptions& options, DepthGrid* grid);
+                 const Camera& camera, DepthGrid* grid);
 
 // Fits the slopes of each known node to the nodes around it that agree with it; nodes that have too
 // few of them become unknown.
-void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* grid);
+void SmoothSlopes(const Camera& camera, DepthGrid* grid);
 
 }  // namespace slcmap::mapping

@@ -26,6 +26,17 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// Poses that images agree with so well stay as they are: the median over pairs of views of how
+// far points are, by their median, from where poses have them.
+constexpr double kGood_px = 0.3;
+// What all poses may be off alike: the body that was tracked against the rig's IMU, and its clock
+// against the images'.
+constexpr double kBodySigma_m = 0.02;
+constexpr double kBodySigma_rad = 0.02;
+constexpr double kClockSigma_s = 0.02;
+constexpr double kRobustSigmas = 2;  // at which a point counts half (Cauchy)
+constexpr int kRounds = 2;           // of looking for points, and adjusting
+
 template <typename T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
@@ -168,13 +179,12 @@ std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCor
   const Views corrected = Corrected(given, start);
   ceres::Problem::Options owner;
   owner.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::CauchyLoss loss(options.robust_sigmas);
+  ceres::CauchyLoss loss(kRobustSigmas);
   ceres::Problem problem(owner);
-  problem.AddResidualBlock(MakePrior(options.body_sigma_rad, options.body_sigma_m), nullptr,
-                           found.common.data());
+  problem.AddResidualBlock(MakePrior(kBodySigma_rad, kBodySigma_m), nullptr, found.common.data());
   problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<ClockTerm, 1, 1>(new ClockTerm{options.clock_sigma_s}),
-      nullptr, &found.clock_s);
+      new ceres::AutoDiffCostFunction<ClockTerm, 1, 1>(new ClockTerm{kClockSigma_s}), nullptr,
+      &found.clock_s);
   for (PoseMove& own : found.own) {
     problem.AddResidualBlock(MakePrior(options.sigma_rad, options.sigma_m), nullptr, own.data());
   }
@@ -299,15 +309,14 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
   AdjustedViews adjusted{given.views, {}, {}};
   ExternalPoseFigures& figures = adjusted.figures;
   adjusted.correction.own.resize(given.views.size());
-  for (int round = 0; round < options.rounds; ++round) {
-    const Progress part =
-        moving.Part(1.0 * round / options.rounds, 1.0 * (round + 1) / options.rounds);
+  for (int round = 0; round < kRounds; ++round) {
+    const Progress part = moving.Part(1.0 * round / kRounds, 1.0 * (round + 1) / kRounds);
     const std::vector<PoseMatch> matches =
         MatchViews(adjusted.views, points, images, options, part.Part(0, kMatched));
     const std::vector<double> given_px = OffOfPairs_px(matches, given.views, rig);
     if (given_px.empty()) return std::nullopt;
     figures.given_off_px = Quantile(given_px, 0.5);
-    if (figures.given_off_px <= options.good_px) return std::nullopt;
+    if (figures.given_off_px <= kGood_px) return std::nullopt;
     const auto found =
         AdjustPoses(given, adjusted.correction, matches, rig, options, part.Part(kMatched, 1));
     if (!found) return NotAdjusted("no solution", figures.given_off_px);

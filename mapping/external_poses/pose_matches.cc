@@ -14,21 +14,18 @@
 namespace slcmap::inline mapping {
 namespace {
 
+// Of its depth: loose, as far points of all pairs share errors of a tenth of a pixel, which would
+// bend the way. How far views are apart is told by the poses.
+constexpr double kDisparitySigma_px = 3;
+constexpr int kPartners = 8;          // views that points of one are looked for in
+constexpr double kMaxTravel_m = 1.5;  // to them
+constexpr double kPoseMaxTurn_rad = 0.5;
+
 constexpr OptionTable kTable{
     Option{"adjust", &ExternalPoseOptions::adjust, false, true},
-    Option{"good_px", &ExternalPoseOptions::good_px, 0.0, 100.0},
-    Option{"body_sigma_m", &ExternalPoseOptions::body_sigma_m, 1e-6, 10.0},
-    Option{"body_sigma_rad", &ExternalPoseOptions::body_sigma_rad, 1e-6, 1.0},
-    Option{"clock_sigma_s", &ExternalPoseOptions::clock_sigma_s, 1e-6, 10.0},
     Option{"sigma_m", &ExternalPoseOptions::sigma_m, 1e-6, 10.0},
     Option{"sigma_rad", &ExternalPoseOptions::sigma_rad, 1e-6, 1.0},
     Option{"point_sigma_px", &ExternalPoseOptions::point_sigma_px, 0.01, 10.0},
-    Option{"disparity_sigma_px", &ExternalPoseOptions::disparity_sigma_px, 0.01, 10.0},
-    Option{"robust_sigmas", &ExternalPoseOptions::robust_sigmas, 0.1, 100.0},
-    Option{"partners", &ExternalPoseOptions::partners, 1, 100},
-    Option{"max_travel_m", &ExternalPoseOptions::max_travel_m, 0.01, 100.0},
-    Option{"max_turn_rad", &ExternalPoseOptions::max_turn_rad, 0.01, 3.0},
-    Option{"rounds", &ExternalPoseOptions::rounds, 1, 10},
     Option{"max_iterations", &ExternalPoseOptions::max_iterations, 1, 1000}};
 
 }  // namespace
@@ -37,7 +34,9 @@ void ExternalPoseOptions::Check() const { kTable.Check("mapping.given_poses", *t
 
 void ExternalPoseOptions::Read(YamlSection section) {
   section.Skip("threads");  // as options.yaml of earlier maps has it
-  kTable.Read(section, this);
+  kTable.Read(section, this,
+              {"good_px", "body_sigma_m", "body_sigma_rad", "clock_sigma_s", "disparity_sigma_px",
+               "robust_sigmas", "partners", "max_travel_m", "max_turn_rad", "rounds"});
 }
 
 namespace {
@@ -51,17 +50,16 @@ constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same,
 
 // How far two views are from each other, for what they see in common: a metre counts as a radian.
 // The nearest views that look at about the same.
-std::vector<size_t> PartnersNear(const Views& views, size_t of,
-                                 const ExternalPoseOptions& options) {
+std::vector<size_t> PartnersNear(const Views& views, size_t of) {
   std::vector<std::pair<double, size_t>> near;
   for (size_t i = 0; i < views.size(); ++i) {
     if (i == of || views[i].segment != views[of].segment) continue;
     const auto [travel_m, turn_rad] = HowFarApart(views[of], views[i]);
-    if (travel_m > options.max_travel_m || turn_rad > options.max_turn_rad) continue;
+    if (travel_m > kMaxTravel_m || turn_rad > kPoseMaxTurn_rad) continue;
     near.emplace_back(travel_m + turn_rad, i);
   }
   std::ranges::sort(near);
-  near.resize(std::min(near.size(), static_cast<size_t>(options.partners)));
+  near.resize(std::min(near.size(), static_cast<size_t>(kPartners)));
   std::vector<size_t> partners;
   for (const auto& [apart, view] : near) partners.push_back(view);
   std::ranges::sort(partners);
@@ -69,16 +67,15 @@ std::vector<size_t> PartnersNear(const Views& views, size_t of,
 }
 
 std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
-                                   const std::vector<ViewPoint>& points, const ViewImages& images,
-                                   const ExternalPoseOptions& options) {
+                                   const std::vector<ViewPoint>& points, const ViewImages& images) {
   if (points.empty()) return {};
-  const std::vector<size_t> partners = PartnersNear(views, from, options);
+  const std::vector<size_t> partners = PartnersNear(views, from);
   if (partners.empty()) return {};
   const Rig& rig = images.rig();
   const Camera& camera = rig.cameras[0];
   const cv::Mat left = images.Read(from).left;
   if (left.empty()) return {};
-  const double sigma = options.disparity_sigma_px / (Baseline_m(rig) * camera.fx_px);
+  const double sigma = kDisparitySigma_px / (Baseline_m(rig) * camera.fx_px);
   const RigidTransform T_world_from = WorldFromCamera(views[from], rig);
   std::vector<PoseMatch> matches;
   for (const size_t to : partners) {
@@ -120,7 +117,7 @@ std::vector<PoseMatch> MatchViews(const Views& views,
                                   const Progress& progress) {
   std::vector<std::vector<PoseMatch>> of_views(views.size());
   const auto match = [&](size_t view) {
-    of_views[view] = FindMatches(view, views, points[view], images, options);
+    of_views[view] = FindMatches(view, views, points[view], images);
   };
   if (!ForEachWatched(views.size(), progress, match, kAtOnce)) throw StoppedError("interrupted");
   std::vector<PoseMatch> matches;

@@ -14,22 +14,12 @@ namespace slcmap::inline mapping {
 
 struct ExternalPoseOptions {
   bool adjust = true;
-  // Poses that images agree with so well stay as they are: the median over pairs of views of how
-  // far points are, by their median, from where poses have them.
-  double good_px = 0.3;
   // What all poses may be off alike: the body that was tracked against the rig's IMU, and its clock
   // against the images'.
-  double body_sigma_m = 0.02, body_sigma_rad = 0.02;
-  double clock_sigma_s = 0.02;
   double sigma_m = 0.005, sigma_rad = 0.005;  // of each pose on top of that
   double point_sigma_px = 0.5;                // of where a point is found in another view
   // Of its depth: loose, as far points of all pairs share errors of a tenth of a pixel, which would
   // bend the way. How far views are apart is told by the poses.
-  double disparity_sigma_px = 3;
-  double robust_sigmas = 2;                       // at which a point counts half (Cauchy)
-  int partners = 8;                               // views that points of one are looked for in
-  double max_travel_m = 1.5, max_turn_rad = 0.5;  // to them
-  int rounds = 2;                                 // of looking for points, and adjusting
   int max_iterations = 20;
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);

@@ -16,6 +16,13 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kBin_m = 0.02;
+constexpr double kMaxGap_m = 0.1;             // that is closed, where nothing was observed
+constexpr double kIntervalMinLength_m = 0.1;  // of an interval
+constexpr int kMinViews = 3;                  // that show a bin's edge
+// of the views that look at a bin: not all that hides it is known
+constexpr double kIntervalMinShare = 0.4;
+
 constexpr double kUnknown_rad = 1;    // of a direction that places do not tell
 constexpr double kRobustSquared = 4;  // squared sigmas off the axis at which a line counts half
 
@@ -172,18 +179,17 @@ constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a lin
 constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
 constexpr double kMoved_m = 0.004;    // a line that moved by more is looked for again
 
-void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
+void StartBins(TrackedLine* line) {
   line->places.clear();
   line->step_sum = line->lasting_sum = line->brightness_sum = 0;
   line->shown_samples = 0;
   line->bins_from_m = line->seen.from_m - kBeyond_m;
   const double length_m = line->seen.to_m + kBeyond_m - line->bins_from_m;
-  line->bins.assign(static_cast<size_t>(std::ceil(length_m / options.bin_m)), BinViews());
+  line->bins.assign(static_cast<size_t>(std::ceil(length_m / kBin_m)), BinViews());
 }
 
-Interval FindBins(const TrackedLine& line, const LineIntervalOptions& options) {
-  return {line.bins_from_m,
-          line.bins_from_m + options.bin_m * static_cast<double>(line.bins.size())};
+Interval FindBins(const TrackedLine& line) {
+  return {line.bins_from_m, line.bins_from_m + kBin_m * static_cast<double>(line.bins.size())};
 }
 
 // The samples that are not hidden, at bins that are near enough for their edge to be told from its
@@ -223,9 +229,8 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
 void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                  const ViewCameras& cameras, const VisibilityDepths& depths,
                  const MapLineOptions& options, TrackedLine* line) {
-  const LineSampling sampling{.step_m = options.intervals.bin_m,
-                              .min_gradient = MinGradient(*line, options)};
-  const Interval bins = FindBins(*line, options.intervals);
+  const LineSampling sampling{.step_m = kBin_m, .min_gradient = MinGradient(*line)};
+  const Interval bins = FindBins(*line);
   ViewOfBins of_bins;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
@@ -233,13 +238,13 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                                cameras.cameras[camera], {.max_depth_m = options.max_depth_m});
     if (!part || image.empty()) continue;
     std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
-    KeepClear(*line, options.intervals.bin_m, depths, view, camera, &samples);
+    KeepClear(*line, kBin_m, depths, view, camera, &samples);
     if (of_bins.looked.empty()) {
       of_bins.looked.assign(line->bins.size(), 0);
       of_bins.shown.assign(line->bins.size(), 0);
     }
-    MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
-    AddPlaces(samples, *part, view, camera, options.fit.place_step_m, &line->places);
+    MarkBins(samples, *line, kBin_m, &of_bins);
+    AddPlaces(samples, *part, view, camera, kFitPlaceStep_m, &line->places);
     for (const LineSample& sample : samples) {
       if (!sample.is_edge || sample.along_m < line->seen.from_m ||
           sample.along_m > line->seen.to_m) {
@@ -267,12 +272,12 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const Visibilit
   const auto limit_m = static_cast<float>(options.max_depth_m);
   const auto count = static_cast<int>(line->bins.size());
   std::vector<float> nearest_m(count / kBins + 1, limit_m);
-  const double step_m = kBins * options.intervals.bin_m;
+  const double step_m = kBins * kBin_m;
   for (size_t view = 0; view < views.size(); ++view) {
     if (views[view].segment != line->segment) continue;
     const RigidTransform& T_camera_world = cameras.T_camera_world[view][0];
-    const auto part = SeenPart(line->line, FindBins(*line, options.intervals), T_camera_world,
-                               cameras.cameras[0], {.max_depth_m = options.max_depth_m});
+    const auto part = SeenPart(line->line, FindBins(*line), T_camera_world, cameras.cameras[0],
+                               {.max_depth_m = options.max_depth_m});
     if (!part) continue;
     const int from = static_cast<int>((part->from_m - line->bins_from_m) / step_m);
     const int to = static_cast<int>((part->to_m - line->bins_from_m) / step_m);
@@ -321,19 +326,17 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
 
 IntervalLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
   return {options.min_views, options.max_sigma_m,
-          line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
-          options.intervals.min_length_m};
+          line.axis < 0 ? options.max_free_spread_px : options.max_spread_px, kIntervalMinLength_m};
 }
 
 // Fits a line again to its places in its intervals; false where it does not hold.
 bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axes,
                 const MapLineOptions& options, TrackedLine* line) {
-  line->intervals = FindIntervals(*line, options.intervals);
+  line->intervals = FindIntervals(*line);
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
   const IntervalLimits limits = ComputeLimits(*line, options);
-  const auto fit =
-      FitIntervals(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
+  const auto fit = FitIntervals(cameras, MakePrior(*line, axes), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   MoveTo(*fit, line);
   return true;
@@ -347,7 +350,7 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
   constexpr int kAtOnce = 4;  // views in memory
   const ViewCameras cameras(views, images.rig());
   ParallelFor(lines->size(), [&](size_t k) {
-    StartBins(options.intervals, &(*lines)[k]);
+    StartBins(&(*lines)[k]);
     LimitDepths(views, cameras, depths, options, &(*lines)[k]);
   });
   const auto count = static_cast<int>(views.size());
@@ -366,28 +369,28 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
   }
 }
 
-std::vector<Interval> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options) {
+std::vector<Interval> FindIntervals(const TrackedLine& line) {
   std::vector<Interval> intervals;
   double last_known_m = line.bins_from_m;  // the end of the last bin that is known not to belong
   for (size_t i = 0; i < line.bins.size(); ++i) {
-    const double from_m = line.bins_from_m + static_cast<double>(i) * options.bin_m;
+    const double from_m = line.bins_from_m + static_cast<double>(i) * kBin_m;
     const BinViews& bin = line.bins[i];
     const int looked = bin.shown + bin.missed;
     if (looked == 0) continue;
-    if (bin.shown < options.min_views || bin.shown < options.min_share * looked) {
-      if (looked >= options.min_views) last_known_m = from_m + options.bin_m;
+    if (bin.shown < kMinViews || bin.shown < kIntervalMinShare * looked) {
+      if (looked >= kMinViews) last_known_m = from_m + kBin_m;
       continue;
     }
     const bool goes_on = !intervals.empty() && last_known_m <= intervals.back().to_m &&
-                         from_m - intervals.back().to_m <= options.max_gap_m;
+                         from_m - intervals.back().to_m <= kMaxGap_m;
     if (goes_on) {
-      intervals.back().to_m = from_m + options.bin_m;
+      intervals.back().to_m = from_m + kBin_m;
     } else {
-      intervals.push_back({from_m, from_m + options.bin_m});
+      intervals.push_back({from_m, from_m + kBin_m});
     }
   }
   std::erase_if(intervals, [&](const Interval& interval) {
-    return interval.length_m() < options.min_length_m;
+    return interval.length_m() < kIntervalMinLength_m;
   });
   return intervals;
 }
@@ -429,7 +432,7 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
     const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
     if (!fit || !ComputeLimits(line, options).Hold(*fit)) return;
     // By more only where lines were merged that are not one.
-    if (Moved_m(line, *fit) <= options.merging.max_distance_m) MoveTo(*fit, &line);
+    if (Moved_m(line, *fit) <= kMergeMaxDistance_m) MoveTo(*fit, &line);
   });
 }
 

@@ -30,7 +30,7 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
                   const Progress& progress);
 
 // The intervals of a line in which enough of the views show its edge, by its bins.
-std::vector<Interval> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options);
+std::vector<Interval> FindIntervals(const TrackedLine& line);
 
 // Fits the lines again to their places in their intervals; those that do not hold are dropped.
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,

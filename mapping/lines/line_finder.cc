@@ -13,6 +13,15 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr int kMaxSegments = 1000;         // of an image, the longest; halls show 700
+constexpr double kMinGradient = 2.5;       // grey values a pixel, of an edge
+constexpr double kMinGradientShare = 0.4;  // of what a line's edge has where it was found
+// of a segment's ends from an axis' image through its middle
+constexpr double kAxisDistance_px = 1.8;
+constexpr double kExplained_px = 1.8;  // of a segment's ends from the image of a line that is known
+constexpr double kMaxFoundSigma_m = 0.06;  // across a line that is looked for in all views
+constexpr double kLevelSigma_rad = 0.005;  // of level lines without an axis
+
 constexpr int kReach = 12;              // views to either side that a segment is looked for in
 constexpr double kExplainBeyond_m = 1;  // past the ends of what is known of a line
 
@@ -58,21 +67,20 @@ LineDetectorOptions MakeDetectorOptions(const MapLineOptions& options) {
   detector.scale = 1;
   detector.min_length_px = options.min_segment_px;
   detector.max_join_gap_px = 3;
-  detector.max_segments = options.max_segments;
+  detector.max_segments = kMaxSegments;
   return detector;
 }
 
 }  // namespace
 
-double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
-  return std::max(options.min_gradient, options.min_gradient_share * line.gradient);
+double MinGradient(const TrackedLine& line) {
+  return std::max(kMinGradient, kMinGradientShare * line.gradient);
 }
 
 std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
-                                        const std::vector<BuildingAxis>& axes,
-                                        const MapLineOptions& options) {
+                                        const std::vector<BuildingAxis>& axes) {
   if (line.is_level) {
-    return DirectionPrior{Eigen::Vector3d::UnitZ(), options.level_sigma_rad, true};
+    return DirectionPrior{Eigen::Vector3d::UnitZ(), kLevelSigma_rad, true};
   }
   if (line.axis < 0) return std::nullopt;
   return DirectionPrior{axes[line.axis].direction_world, axes[line.axis].sigma_rad};
@@ -85,7 +93,7 @@ LineFinder::LineFinder(const Views& views, const ViewImages& images,
       axes_(axes),
       options_(options),
       cameras_(views, images.rig()),
-      window_(images, views.size(), options.min_gradient, MakeDetectorOptions(options), kReach) {}
+      window_(images, views.size(), kMinGradient, MakeDetectorOptions(options), kReach) {}
 
 std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
                                           const Progress& progress) {
@@ -104,8 +112,7 @@ void LineFinder::LookAt(int view) {
   const std::vector<LineSegment>& segments = window_.at(view).segments;
   std::vector<char> explained(segments.size(), 0);
   Explain(view, segments, 0, &explained);
-  const std::vector<SweepImage> images =
-      ImagesAround(window_, view, views_, cameras_, options_.sweep);
+  const std::vector<SweepImage> images = ImagesAround(window_, view, views_, cameras_);
   std::vector<std::optional<TrackedLine>> found(segments.size());
   ParallelFor(segments.size(), [&](size_t i) {
     if (explained[i]) return;
@@ -131,7 +138,7 @@ void LineFinder::Explain(int view, const std::vector<LineSegment>& segments, siz
     const auto part = SeenPart(line.line, longer, T_camera_world, camera, limits);
     if (!part) continue;
     for (size_t i = 0; i < segments.size(); ++i) {
-      if (!LiesOn(segments[i], part->px, options_.explained_px)) continue;
+      if (!LiesOn(segments[i], part->px, kExplained_px)) continue;
       (*explained)[i] = 1;
       const auto extent =
           ExtentAlong(line.line, PlaneFromPixel(camera, segments[i]), T_camera_world.Inverse());
@@ -149,7 +156,7 @@ std::optional<LineFinder::Hypothesis> LineFinder::Sweep(
     const BuildingAxis& axis = axes_[i];
     if (axis.segment >= 0 && axis.segment != views_[view].segment) continue;
     if (!MayFollow(px, R_camera_world * axis.direction_world, cameras_.cameras[0],
-                   options_.axis_distance_px)) {
+                   kAxisDistance_px)) {
       continue;
     }
     const auto swept =
@@ -186,7 +193,7 @@ double LineFinder::GradientIn(int view, const TrackedLine& line) const {
   if (!part) return 0;
   std::vector<double> gradients;
   for (const LineSample& sample : SampleLine(window_.at(view).images.left, images_.mask(0), *part,
-                                             {.min_gradient = options_.min_gradient})) {
+                                             {.min_gradient = kMinGradient})) {
     if (sample.is_edge) gradients.push_back(sample.gradient);
   }
   return Median(std::move(gradients));
@@ -205,7 +212,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   all.push_back({view, 0, cv::Mat()});
   line.gradient = GradientIn(view, line);
   for (const double reach_px : {2.5, 1.5}) {
-    const LineSampling sampling{.reach_px = reach_px, .min_gradient = MinGradient(line, options_)};
+    const LineSampling sampling{.reach_px = reach_px, .min_gradient = MinGradient(line)};
     std::vector<EdgePoint> places;
     size_t shown = 0, looked = 0;
     for (const SweepImage& image : all) {
@@ -217,10 +224,9 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
           window_.at(image.view).image(image.camera), images_.mask(image.camera), *part, sampling);
       looked += samples.size();
       for (const LineSample& sample : samples) shown += sample.is_edge;
-      AddPlaces(samples, *part, image.view, image.camera, options_.fit.place_step_m, &places);
+      AddPlaces(samples, *part, image.view, image.camera, kFitPlaceStep_m, &places);
     }
-    const auto fit =
-        FitLine(line.line, places, cameras_, MakePrior(line, axes_, options_), options_.fit);
+    const auto fit = FitLine(line.line, places, cameras_, MakePrior(line, axes_), options_.fit);
     if (!fit || static_cast<double>(shown) < kMinShown * static_cast<double>(looked)) {
       return std::nullopt;
     }
@@ -229,7 +235,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   // Of a line without an axis four numbers are to be found instead of two.
   const int min_views = (line.axis < 0 ? 2 : 1) * options_.min_views;
   if (line.fit.views < min_views || line.fit.rms_px > kMaxRms_px) return std::nullopt;
-  if (line.fit.sigma_m() > options_.max_found_sigma_m) return std::nullopt;
+  if (line.fit.sigma_m() > kMaxFoundSigma_m) return std::nullopt;
   return line;
 }
 

@@ -54,10 +54,9 @@ class LineFinder {
 
 // What the direction of a line is known to be beforehand.
 std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
-                                        const std::vector<BuildingAxis>& axes,
-                                        const MapLineOptions& options);
+                                        const std::vector<BuildingAxis>& axes);
 
 // The gradient from which an image shows a line.
-double MinGradient(const TrackedLine& line, const MapLineOptions& options);
+double MinGradient(const TrackedLine& line);
 
 }  // namespace slcmap::mapping

@@ -15,6 +15,8 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kRobustSigmas = 1;  // at which a place counts half (Cauchy)
+
 constexpr int kSteps = 5;
 constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
@@ -97,7 +99,7 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
     const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
     const double sigma_px = std::hypot(image_sigmas_px[i], pose_px);
     const double sigmas = std::abs(residual->value_px) / sigma_px;
-    const double robust = 1 / (1 + std::pow(sigmas / options.robust_sigmas, 2));
+    const double robust = 1 / (1 + std::pow(sigmas / kRobustSigmas, 2));
     const double weight = robust / (sigma_px * sigma_px);
     Eigen::Vector4d J;
     J << residual->by_shift, along_m * residual->by_shift;

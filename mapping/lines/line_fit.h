@@ -11,6 +11,10 @@
 
 namespace slcmap::inline mapping {
 
+// Along a line, over which samples of one image make one place: short, so that what runs askew of
+// the line does not average out.
+inline constexpr double kFitPlaceStep_m = 0.06;
+
 // Two columns, square to the direction (of length 1) and to each other.
 inline Eigen::Matrix<double, 3, 2> ComputeAcross(const Eigen::Vector3d& direction) {
   Eigen::Matrix<double, 3, 2> across;
@@ -42,9 +46,6 @@ struct DirectionPrior {
 };
 
 struct LineFitOptions {
-  // Along a line, over which samples of one image make one place: short, so that what runs askew of
-  // the line does not average out.
-  double place_step_m = 0.06;
   // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
   // that lie side by side run together: there it is larger by a power of how much farther it is.
   // The nearest view of an interval counts as at most so many times farther than that of the line,
@@ -53,7 +54,6 @@ struct LineFitOptions {
   // Of a line, over which one view is the nearest, and the places of one image err alike.
   double stretch_m = 0.25;
   double pose_sigma_m = 0.002;  // of the views against each other
-  double robust_sigmas = 1;     // at which a place counts half (Cauchy)
   int views_that_count = 10;    // more views of one line share their errors
   // Across a line, what all its views share: drift of the poses, and an edge that is not quite
   // where images show it.

@@ -11,6 +11,23 @@
 namespace slcmap::inline mapping {
 namespace {
 
+// Of the step of brightness across a line, the share that is there some pixels from it, too.
+constexpr double kMinLastingStep = 0.4;
+constexpr double kMaxLastingStep = 1.9;
+// Some pixels from a line on a flat surface, of the mean brightness of both sides: how bright the
+// light is and how long the exposure does not matter.
+constexpr double kMinOutlineStep = 0.25;
+// The same beside the line, of a step that need not last: frames and trims are narrow, but stand
+// out more than grain and joints do.
+constexpr double kMinTrimStep = 0.45;
+// A line with so many others beside it and up to so far away needs a step that lasts and is as
+// large as this, or that of a trim, beside any surface, and however long: bricks, tiles, boards
+// and grain lie side by side.
+constexpr double kMinTexturedStep = 0.4;
+constexpr int kTextureLines = 4;
+constexpr double kMinKnownShare = 0.3;  // of a line beside which surfaces are known
+constexpr double kMinFlatShare = 0.6;   // of that, of a line on a flat surface
+
 constexpr double kCell_m = 0.5;
 
 }  // namespace
@@ -71,22 +88,22 @@ bool StandsOut(const TrackedLine& line, bool lasts, const LeastSteps& least) {
 
 }  // namespace
 
-LineKind FindKind(const TrackedLine& line, const LineKindOptions& options) {
+LineKind FindKind(const TrackedLine& line) {
   const SurfacesBeside& beside = line.surfaces;
   const double known_m = beside.flat_m + beside.relief_m;
   const double all_m = known_m + beside.unknown_m;
   const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
-  if (lasting > options.max_lasting_step) return LineKind::kMark;
-  const bool lasts = lasting >= options.min_lasting_step;
-  if (known_m <= options.min_known_share * all_m) {
+  if (lasting > kMaxLastingStep) return LineKind::kMark;
+  const bool lasts = lasting >= kMinLastingStep;
+  if (known_m <= kMinKnownShare * all_m) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
-  const bool is_in_texture = line.parallels >= options.texture_lines;
-  const LeastSteps in_texture{options.min_textured_step, options.min_trim_step};
+  const bool is_in_texture = line.parallels >= kTextureLines;
+  const LeastSteps in_texture{kMinTexturedStep, kMinTrimStep};
   if (is_in_texture && !StandsOut(line, lasts, in_texture)) return LineKind::kMark;
-  if (beside.flat_m < options.min_flat_share * known_m) return LineKind::kEdge;
-  const double beside_step = all_m >= kLong_m ? kMinLongStep : options.min_trim_step;
-  const LeastSteps on_surface{options.min_outline_step, beside_step};
+  if (beside.flat_m < kMinFlatShare * known_m) return LineKind::kEdge;
+  const double beside_step = all_m >= kLong_m ? kMinLongStep : kMinTrimStep;
+  const LeastSteps on_surface{kMinOutlineStep, beside_step};
   return StandsOut(line, lasts, on_surface) ? LineKind::kOutline : LineKind::kMark;
 }
 

@@ -38,7 +38,7 @@ class LineCells {
 // of an edge, but of a shadow. What hardly stands out among many lines beside each other is a mark,
 // where surfaces are known. Where the surfaces are not known, a line whose step lasts is of
 // unknown kind.
-LineKind FindKind(const TrackedLine& line, const LineKindOptions& options);
+LineKind FindKind(const TrackedLine& line);
 
 // Counts, for each line, those that run beside it in one plane with it, as the joints of a brick
 // wall do: within reach_m (half a metre at most), parallel, each at its own distance; the plane is

@@ -11,6 +11,12 @@
 namespace slcmap::inline mapping {
 namespace {
 
+// Between lines, in the direction of what they are apart, as fits know them, whose places of one
+// image err alike.
+constexpr double kMaxSigmas = 6;
+// up to which they are the same however well they are known
+constexpr double kMergeMinDistance_m = 0.006;
+
 constexpr double kIntervalLength_m = 0.25;
 constexpr int kIntervalRounds = 4;
 // A line that holds as a whole lends its certainty to its intervals.
@@ -167,8 +173,7 @@ double MeetingPlace_m(const TrackedLine& a, const TrackedLine& b) {
   return 0.5 * (from_m + to_m);
 }
 
-bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOptions& options,
-                double between_maps_m) {
+bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, double between_maps_m) {
   if (a.segment != b.segment || a.axis != b.axis) return false;
   const double cosine = std::abs(a.line.direction_world.dot(b.line.direction_world));
   if (cosine < std::cos(kMaxAngle_rad)) return false;
@@ -177,15 +182,15 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOpt
   const double along_b_m = b.line.direction_world.dot(p - b.line.point_world);
   const Eigen::Vector3d q = b.line.point_world + along_b_m * b.line.direction_world;
   const double distance_m = (p - q).norm();
-  if (distance_m <= options.min_distance_m) return true;
-  if (distance_m > options.max_distance_m) return false;
+  if (distance_m <= kMergeMinDistance_m) return true;
+  if (distance_m > kMergeMaxDistance_m) return false;
   // What each map had apart it keeps apart.
   if (between_maps_m > 0 && a.map == b.map) return false;
   const double between_m = a.map != b.map ? kSigmasBetweenMaps * between_maps_m : 0;
   const Eigen::Vector3d way = (p - q) / distance_m;
   const double sigma_m =
       std::hypot(a.fit.SigmaTowards_m(way, along_m), b.fit.SigmaTowards_m(way, along_b_m));
-  return distance_m <= std::hypot(options.max_sigmas * sigma_m, between_m);
+  return distance_m <= std::hypot(kMaxSigmas * sigma_m, between_m);
 }
 
 std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m) {
@@ -245,8 +250,7 @@ std::vector<int> ByQuality(const std::vector<TrackedLine>& lines) {
 
 }  // namespace
 
-std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
-                                    const LineMergingOptions& options, double between_maps_m) {
+std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines, double between_maps_m) {
   std::vector<std::vector<int>> groups(lines.size());  // by the line that leads it
   std::vector<int> leader(lines.size(), -1);
   std::map<int, LineCells> by_axis;  // only lines of one axis are compared
@@ -256,7 +260,7 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
     for (const int k : cells.Near(i)) {
       const std::vector<int>& group = groups[leader[k]];
       const bool fits_all = std::all_of(group.begin(), group.end(), [&](int member) {
-        return IsSameEdge(lines[member], lines[i], options, between_maps_m);
+        return IsSameEdge(lines[member], lines[i], between_maps_m);
       });
       if (!fits_all) continue;
       leader[i] = leader[k];

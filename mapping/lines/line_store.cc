@@ -10,28 +10,37 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kAxisMaxTilt_rad = 0.07;  // of the building's vertical from the world's z
+constexpr double kWindow_rad = 0.02;       // headings within it of each other are one
+constexpr double kMinLength_m = 5;         // of lines that follow an axis
+constexpr double kAxisMinShare = 0.2;      // of the length along the heading that most follow
+// Times what would follow a heading if the level lines had any: in a furnished room each has
+// some.
+constexpr double kMinOverChance = 2.5;
+constexpr double kMinApart_rad = 0.05;  // between headings
+constexpr double kSigma_rad = 0.003;    // of lines from their axis
+
 constexpr double kQuarter_rad = M_PI / 2;
 // Times what a run has learned: it has one standard deviation for the lines of all axes, which the
 // many that hardly deviate make small. (AdjustmentOptions::deviation_scale is more, since poses
 // hang on all lines at once.)
 constexpr double kDeviationScale = 1.4;
 
-double Weight(const DirectedLine& line, const AxisDetectionOptions& options) {
-  return line.length_m / (1 + std::pow(line.sigma_rad / options.window_rad, 2));
+double Weight(const DirectedLine& line) {
+  return line.length_m / (1 + std::pow(line.sigma_rad / kWindow_rad, 2));
 }
 
-Eigen::Vector3d FindVertical(const std::vector<DirectedLine>& lines,
-                             const AxisDetectionOptions& options) {
+Eigen::Vector3d FindVertical(const std::vector<DirectedLine>& lines) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double length_m = 0;
   for (const DirectedLine& line : lines) {
     const double sense = line.direction_world.z() < 0 ? -1 : 1;
-    if (sense * line.direction_world.z() < std::cos(options.max_tilt_rad)) continue;
-    sum += Weight(line, options) * sense * line.direction_world;
+    if (sense * line.direction_world.z() < std::cos(kAxisMaxTilt_rad)) continue;
+    sum += Weight(line) * sense * line.direction_world;
     length_m += line.length_m;
   }
-  return length_m < options.min_length_m ? up : Eigen::Vector3d(sum.normalized());
+  return length_m < kMinLength_m ? up : Eigen::Vector3d(sum.normalized());
 }
 
 // The heading of a level line in [0, pi / 2), and how much it counts.
@@ -44,14 +53,12 @@ double Apart(double a_rad, double b_rad) {
   return apart;
 }
 
-std::vector<Heading> LevelHeadings(const std::vector<DirectedLine>& lines,
-                                   const AxisDetectionOptions& options) {
+std::vector<Heading> LevelHeadings(const std::vector<DirectedLine>& lines) {
   std::vector<Heading> headings;
   for (const DirectedLine& line : lines) {
-    if (std::abs(line.direction_world.z()) > std::sin(options.max_tilt_rad)) continue;
+    if (std::abs(line.direction_world.z()) > std::sin(kAxisMaxTilt_rad)) continue;
     const double angle = std::atan2(line.direction_world.y(), line.direction_world.x());
-    headings.push_back(
-        {std::fmod(angle + 2 * M_PI, kQuarter_rad), Weight(line, options), line.length_m});
+    headings.push_back({std::fmod(angle + 2 * M_PI, kQuarter_rad), Weight(line), line.length_m});
   }
   return headings;
 }
@@ -89,23 +96,21 @@ Heading StrongestHeading(const std::vector<Heading>& headings, double window_rad
 
 }  // namespace
 
-std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
-                                   const AxisDetectionOptions& options) {
-  std::vector<BuildingAxis> axes = {
-      {LineAxis::kVertical, -1, -1, FindVertical(lines, options), options.sigma_rad}};
-  std::vector<Heading> headings = LevelHeadings(lines, options);
-  const double least = options.min_over_chance * WeightByChance(headings, options.window_rad);
+std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines) {
+  std::vector<BuildingAxis> axes = {{LineAxis::kVertical, -1, -1, FindVertical(lines), kSigma_rad}};
+  std::vector<Heading> headings = LevelHeadings(lines);
+  const double least = kMinOverChance * WeightByChance(headings, kWindow_rad);
   double most = 0;
   for (int world = 0;; ++world) {
-    const Heading heading = StrongestHeading(headings, options.window_rad);
-    if (heading.length_m < options.min_length_m) break;
-    if (heading.weight < std::max(least, options.min_share * most)) break;
+    const Heading heading = StrongestHeading(headings, kWindow_rad);
+    if (heading.length_m < kMinLength_m) break;
+    if (heading.weight < std::max(least, kAxisMinShare * most)) break;
     most = std::max(most, heading.weight);
     for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
-      axes.push_back({axis, world, -1, AxisDirection(axis, heading.angle_rad), options.sigma_rad});
+      axes.push_back({axis, world, -1, AxisDirection(axis, heading.angle_rad), kSigma_rad});
     }
     std::erase_if(headings, [&](const Heading& other) {
-      return Apart(other.angle_rad, heading.angle_rad) < options.min_apart_rad;
+      return Apart(other.angle_rad, heading.angle_rad) < kMinApart_rad;
     });
   }
   return axes;

@@ -35,23 +35,10 @@ struct DirectedLine {
   double sigma_rad = 0;
 };
 
-struct AxisDetectionOptions {
-  double max_tilt_rad = 0.07;  // of the building's vertical from the world's z
-  double window_rad = 0.02;    // headings within it of each other are one
-  double min_length_m = 5;     // of lines that follow an axis
-  double min_share = 0.2;      // of the length along the heading that most follow
-  // Times what would follow a heading if the level lines had any: in a furnished room each has
-  // some.
-  double min_over_chance = 2.5;
-  double min_apart_rad = 0.05;  // between headings
-  double sigma_rad = 0.003;     // of lines from their axis
-};
-
 // The axes of a building whose lines are known and whose heading is not: the vertical, which is the
 // mean of the lines near the world's z, and the headings that the level lines share (to a quarter
 // turn), those with most length first. Without lines the vertical alone, which is z.
-std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
-                                   const AxisDetectionOptions& options = {});
+std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines);
 
 // How much of a line is on a flat surface that goes on at both of its sides, and of how much is
 // another known: that it ends there, bends, or is partly hidden by one in front of it.

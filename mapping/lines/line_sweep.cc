@@ -28,6 +28,18 @@ uint16_t DirectionBit(const Eigen::Vector2d& normal);
 
 namespace {
 
+constexpr double kSweepMinDepth_m = 0.4;
+constexpr double kStep_px = 1.5;  // by which an image of the line moves from one depth to the next
+constexpr double kMinBaseline_m = 0.08;  // of a view to be looked at
+constexpr double kMaxBaseline_m = 1.5;
+constexpr double kSweepMaxTurn_rad = 0.7;  // likewise
+constexpr double kMinParallax_m = 0.05;    // across the plane of camera and line, of some image
+constexpr int kMaxViews = 7;
+// of the samples of an image that have an edge: it shows the line
+constexpr double kSweepMinShare = 0.7;
+constexpr int kMinImages = 4;      // that show the line
+constexpr double kMinLead = 0.25;  // of the images that show it more than at any other depth
+
 constexpr int kDirections = 16;
 constexpr int kSobelGain = 8;  // of a 3x3 Sobel kernel against the change a pixel
 
@@ -131,8 +143,7 @@ struct Support {
 };
 
 Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
-                       const std::vector<SweepImage>& images, const ViewCameras& views,
-                       const LineSweepOptions& options) {
+                       const std::vector<SweepImage>& images, const ViewCameras& views) {
   constexpr double kMinLength_px = 8, kMissCost = 0.35;
   Support support;
   for (const SweepImage& image : images) {
@@ -141,7 +152,7 @@ Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
     if (!part || part->px.Length() < kMinLength_px) continue;
     if (part->to_m - part->from_m < 0.5 * (seen.to_m - seen.from_m)) continue;
     const double share = ShareOfEdges(image.edges, part->px);
-    if (share >= options.min_share) {
+    if (share >= kSweepMinShare) {
       ++support.images;
       support.score += share;
     } else {
@@ -178,8 +189,8 @@ class BestLine {
 
   // Nothing where another peak is nearly as high: what lies beyond the depths around the best at
   // which the score has fallen by half.
-  std::optional<SweptLine> Result(const LineSweepOptions& options) const {
-    if (!best_ || images_ < options.min_images) return std::nullopt;
+  std::optional<SweptLine> Result() const {
+    if (!best_ || images_ < kMinImages) return std::nullopt;
     double below = -1, above = std::numeric_limits<double>::infinity();  // where it has fallen
     for (const auto& [inverse_depth, score] : scores_) {
       if (score > 0.5 * best_->score) continue;
@@ -188,7 +199,7 @@ class BestLine {
     }
     for (const auto& [inverse_depth, score] : scores_) {
       const bool is_beyond = inverse_depth < below || inverse_depth > above;
-      if (is_beyond && score > (1 - options.min_lead) * best_->score) return std::nullopt;
+      if (is_beyond && score > (1 - kMinLead) * best_->score) return std::nullopt;
     }
     return best_;
   }
@@ -222,20 +233,20 @@ std::optional<SweptLine> SweepAlongAxis(const LineSegment& segment, int view,
   const Eigen::Vector3d ray = segment.Midpoint().homogeneous();
   const Eigen::Vector3d normal = (T_world_camera.rotation * ray).cross(direction_world);
   const double parallax_m = LongestParallax_m(view, normal.normalized(), images, views);
-  if (parallax_m < options.min_parallax_m) return std::nullopt;
-  const double step = options.step_px / (views.cameras[0].fx_px * parallax_m);
+  if (parallax_m < kMinParallax_m) return std::nullopt;
+  const double step = kStep_px / (views.cameras[0].fx_px * parallax_m);
   BestLine best;
-  for (double w = 1 / options.max_depth_m; w < 1 / options.min_depth_m; w += step) {
+  for (double w = 1 / options.max_depth_m; w < 1 / kSweepMinDepth_m; w += step) {
     SweptLine swept;
     swept.line = {T_world_camera * (ray / w), direction_world};
     const auto seen = FindInterval(&swept.line, segment, T_world_camera);
     if (!seen) continue;
     swept.seen = *seen;
-    const Support support = MeasureSupport(swept.line, swept.seen, images, views, options);
+    const Support support = MeasureSupport(swept.line, swept.seen, images, views);
     swept.score = support.score;
     best.Offer(w, swept, support);
   }
-  return best.Result(options);
+  return best.Result();
 }
 
 std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
@@ -249,14 +260,14 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
   if (right == images.end() || std::abs(along.y()) < kMinTilt) return std::nullopt;
   const RigidTransform T_world_camera = views.T_camera_world[view][0].Inverse();
   const double baseline_m = (views.Centre(view, 1) - views.Centre(view, 0)).norm();
-  const double step = options.step_px / (views.cameras[0].fx_px * baseline_m);
+  const double step = kStep_px / (views.cameras[0].fx_px * baseline_m);
   BestLine best;
   const auto at = [&](const Eigen::Vector2d& end, double w) -> Eigen::Vector3d {
     return T_world_camera * (end.homogeneous() / w);
   };
-  for (double a = 1 / options.max_depth_m; a < 1 / options.min_depth_m; a += step) {
+  for (double a = 1 / options.max_depth_m; a < 1 / kSweepMinDepth_m; a += step) {
     for (double b = std::max(1 / options.max_depth_m, 0.5 * a);
-         b < std::min(1 / options.min_depth_m, 2 * a); b += step) {
+         b < std::min(1 / kSweepMinDepth_m, 2 * a); b += step) {
       const Eigen::Vector3d start = at(segment.start, a), end = at(segment.end, b);
       SweptLine swept;
       swept.line = {0.5 * (start + end), (end - start).normalized()};
@@ -264,13 +275,13 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
       swept.seen = {-half_m, half_m};
       const auto part =
           SeenPart(swept.line, swept.seen, views.T_camera_world[view][1], views.cameras[1], {});
-      if (!part || ShareOfEdges(right->edges, part->px) < options.min_share) continue;
-      const Support support = MeasureSupport(swept.line, swept.seen, images, views, options);
+      if (!part || ShareOfEdges(right->edges, part->px) < kSweepMinShare) continue;
+      const Support support = MeasureSupport(swept.line, swept.seen, images, views);
       swept.score = support.score;
       best.Offer(0.5 * (a + b), swept, support);
     }
   }
-  return best.Result(options);
+  return best.Result();
 }
 
 namespace {
@@ -304,7 +315,7 @@ void ViewWindow::MoveTo(int view) {
 }
 
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
-                                     const ViewCameras& cameras, const LineSweepOptions& options) {
+                                     const ViewCameras& cameras) {
   // By how far the baseline is from those taken already, relative to it.
   std::vector<std::pair<double, int>> others;  // baseline and view
   for (int other = window.first(); other <= window.last(); ++other) {
@@ -312,8 +323,8 @@ std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const V
     const double baseline_m = (cameras.Centre(other) - cameras.Centre(view)).norm();
     const double turn_rad = cameras.T_camera_world[other][0].rotation.angularDistance(
         cameras.T_camera_world[view][0].rotation);
-    if (baseline_m < options.min_baseline_m || baseline_m > options.max_baseline_m) continue;
-    if (turn_rad < options.max_turn_rad) others.push_back({baseline_m, other});
+    if (baseline_m < kMinBaseline_m || baseline_m > kMaxBaseline_m) continue;
+    if (turn_rad < kSweepMaxTurn_rad) others.push_back({baseline_m, other});
   }
   std::sort(others.begin(), others.end());
   std::vector<SweepImage> images;
@@ -322,7 +333,7 @@ std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const V
     if (!edges.empty()) images.push_back({v, camera, edges});
   };
   add(view, 1);
-  const int count = std::min(options.max_views, static_cast<int>(others.size()));
+  const int count = std::min(kMaxViews, static_cast<int>(others.size()));
   for (int i = 0; i < count; ++i) {  // spread evenly over the baselines
     const size_t k = count == 1 ? 0 : i * (others.size() - 1) / (count - 1);
     add(others[k].second, 0);

@@ -14,15 +14,7 @@
 namespace slcmap::inline mapping {
 
 struct LineSweepOptions {
-  double min_depth_m = 0.4, max_depth_m = 10;
-  double step_px = 1.5;  // by which an image of the line moves from one depth to the next
-  double min_baseline_m = 0.08, max_baseline_m = 1.5;  // of a view to be looked at
-  double max_turn_rad = 0.7;                           // likewise
-  double min_parallax_m = 0.05;  // across the plane of camera and line, of some image
-  int max_views = 7;
-  double min_share = 0.7;  // of the samples of an image that have an edge: it shows the line
-  int min_images = 4;      // that show the line
-  double min_lead = 0.25;  // of the images that show it more than at any other depth
+  double max_depth_m = 10;
 };
 
 // An image that a line may be seen in.
@@ -84,6 +76,6 @@ class ViewWindow {
 // The images that a segment of a view is looked for in: its own right one, and both of up to
 // max_views others, those with different baselines first.
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
-                                     const ViewCameras& cameras, const LineSweepOptions& options);
+                                     const ViewCameras& cameras);
 
 }  // namespace slcmap::mapping

@@ -19,6 +19,8 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kTextureReach_m = 0.4;
+
 int FindAxis(const Line& line, const std::vector<BuildingAxis>& axes) {
   for (size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].axis != line.axis) continue;
@@ -249,7 +251,7 @@ namespace {
 constexpr double kFound = 0.6, kLooked = 0.85, kLookedAgain = 0.95;
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
-                 const MapLineOptions& options, std::vector<MapLine>* map_lines) {
+                 std::vector<MapLine>* map_lines) {
   MapLine piece;
   piece.id = id;
   piece.segment = line.segment;
@@ -264,7 +266,7 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   piece.deviation_sigma_rad =
       std::sqrt(line.fit.world_covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
-  piece.kind = FindKind(line, options.kinds);
+  piece.kind = FindKind(line);
   for (const Interval& interval : line.intervals) {
     piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
     piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
@@ -295,22 +297,20 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
   LookAgain(views, images, depths, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
-  lines = MergeLines(std::move(lines), options.merging);
+  lines = MergeLines(std::move(lines));
   ParallelFor(lines.size(), [&](size_t i) {
     lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
   });
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
-  CountParallels(options.kinds.texture_reach_m, &lines);
-  return {AsMapLines(lines, axes, options),
-          CollectEvidence(lines, views, ViewCameras(views, images.rig()))};
+  CountParallels(kTextureReach_m, &lines);
+  return {AsMapLines(lines, axes), CollectEvidence(lines, views, ViewCameras(views, images.rig()))};
 }
 
 std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
-                                const std::vector<BuildingAxis>& axes,
-                                const MapLineOptions& options) {
+                                const std::vector<BuildingAxis>& axes) {
   std::vector<MapLine> map_lines;
   for (size_t i = 0; i < lines.size(); ++i) {
-    AddMapLines(lines[i], static_cast<int64_t>(i), axes, options, &map_lines);
+    AddMapLines(lines[i], static_cast<int64_t>(i), axes, &map_lines);
   }
   return map_lines;
 }

@@ -32,8 +32,7 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
 // What a map says of lines: a line with several intervals is several MapLines with one id, which
 // counts from 0.
 std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
-                                const std::vector<BuildingAxis>& axes,
-                                const MapLineOptions& options);
+                                const std::vector<BuildingAxis>& axes);
 
 // Those that are marks, which are taken out.
 std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines);

@@ -14,6 +14,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kRoomReach_m = 4;   // the same on floors and ceilings of rooms that walls bound,
+constexpr double kMinBounded = 0.6;  // on this share of their border
+
 Vector2d FindCell(const PlaneGrid& grid, const Vector3d& p) {
   return {(grid.u.dot(p) - grid.from_u_m) / grid.cell_m,
           (grid.v.dot(p) - grid.from_v_m) / grid.cell_m};
@@ -108,10 +111,10 @@ double ReachOf_m(const BuildingPlane& plane, const Building& building,
                  const PlaneOptions& options) {
   if (plane.kind == PlaneKind::kWall) return options.reach_m;
   const bool is_bounded = std::ranges::all_of(building.rooms, [&](const Room& room) {
-    return room.bounded >= options.min_bounded ||
+    return room.bounded >= kMinBounded ||
            std::ranges::find(plane.room_ids, room.id) == plane.room_ids.end();
   });
-  return is_bounded ? options.room_reach_m : options.reach_m;
+  return is_bounded ? kRoomReach_m : options.reach_m;
 }
 
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,

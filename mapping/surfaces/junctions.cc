@@ -20,6 +20,19 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
+constexpr double kBin_m = 0.05;  // along a junction
+// What has to be measured of both surfaces, or filled, at a place of a junction.
+constexpr double kBeside_m = 0.03;  // on either side of a plane, in which its points are
+constexpr double kWindow_m = 0.1;   // to either side along the junction
+constexpr int kMinPoints = 4;       // in there, of each plane
+constexpr double kMaxGap_m = 0.6;   // from the junction to the nearest of them
+// Where surfaces are off their planes, around a place.
+constexpr double kOffsetReach_m = 1.0;  // along the planes
+constexpr double kCorner_m = 0.05;      // from the junction, in which points are of neither surface
+constexpr double kKnown_m = 0.05;       // from a line of the images, in which nothing is added
+constexpr double kMinLength_m = 0.3;    // of what is added
+constexpr double kCloseGap_m = 0.1;     // in it, that is closed
+
 constexpr double kFacing = 0.8;     // least cosine between a point's normal and its plane's
 constexpr double kMaxCosine = 0.5;  // between the normals of planes that meet
 
@@ -48,13 +61,13 @@ std::map<int, Bin> FindBins(const SurfacePoints& surface, const BuildingPlane& o
   std::map<int, Bin> bins;
   for (const Vector3d& p : surface.points_world) {
     const double from_junction_m = DistanceTo(other, p);
-    if (from_junction_m < 0 || from_junction_m > options.offset_reach_m) continue;
-    Bin& bin = bins[static_cast<int>(std::floor(direction.dot(p) / options.bin_m))];
+    if (from_junction_m < 0 || from_junction_m > kOffsetReach_m) continue;
+    Bin& bin = bins[static_cast<int>(std::floor(direction.dot(p) / kBin_m))];
     if (from_junction_m <= options.reach_m) {
       ++bin.points;
       bin.gap_m = std::min(bin.gap_m, from_junction_m);
     }
-    if (from_junction_m >= options.corner_m) {
+    if (from_junction_m >= kCorner_m) {
       bin.offsets_m.push_back(DistanceTo(*surface.plane, p));
     }
   }
@@ -73,20 +86,20 @@ void ForBinsAround(const std::map<int, Bin>& bins, int index, double around_m, d
 }
 
 // The points of a surface that is measured near a bin; 0 where it is not.
-int PointsAt(const std::map<int, Bin>& bins, int index, const JunctionOptions& options) {
+int PointsAt(const std::map<int, Bin>& bins, int index) {
   int points = 0;
   double gap_m = std::numeric_limits<double>::infinity();
-  ForBinsAround(bins, index, options.window_m, options.bin_m, [&](const Bin& bin) {
+  ForBinsAround(bins, index, kWindow_m, kBin_m, [&](const Bin& bin) {
     points += bin.points;
     gap_m = std::min(gap_m, bin.gap_m);
   });
-  return points >= options.min_points && gap_m <= options.max_gap_m ? points : 0;
+  return points >= kMinPoints && gap_m <= kMaxGap_m ? points : 0;
 }
 
 // How far a surface is off its plane around a bin.
-double OffsetAt_m(const std::map<int, Bin>& bins, int index, const JunctionOptions& options) {
+double OffsetAt_m(const std::map<int, Bin>& bins, int index) {
   std::vector<double> offsets_m;
-  ForBinsAround(bins, index, options.offset_reach_m, options.bin_m, [&](const Bin& bin) {
+  ForBinsAround(bins, index, kOffsetReach_m, kBin_m, [&](const Bin& bin) {
     offsets_m.insert(offsets_m.end(), bin.offsets_m.begin(), bin.offsets_m.end());
   });
   return offsets_m.empty() ? 0 : Quantile(std::move(offsets_m), 0.5);
@@ -132,8 +145,7 @@ std::vector<SurfacePoints> PointsOfPlanes(const Building& building,
     for (const Vector3d& corner : plane.outline_world) box.extend(corner);
     box = Grown(box, options.reach_m);
     for (const DensePoint& point : cloud) {
-      if (!box.contains(point.p_world) ||
-          std::abs(DistanceTo(plane, point.p_world)) > options.beside_m ||
+      if (!box.contains(point.p_world) || std::abs(DistanceTo(plane, point.p_world)) > kBeside_m ||
           plane.normal.dot(point.normal_world) < kFacing) {
         continue;
       }
@@ -165,16 +177,15 @@ std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const Surf
   const int begin = std::max(bins.begin()->first, others.begin()->first);
   const int end = std::min(bins.rbegin()->first, others.rbegin()->first);
   for (int i = begin; i <= end; ++i) {
-    const int points = PointsAt(bins, i, options), of_other = PointsAt(others, i, options);
+    const int points = PointsAt(bins, i), of_other = PointsAt(others, i);
     if (points == 0 || of_other == 0) continue;
-    const double along_m = (i + 0.5) * options.bin_m;
+    const double along_m = (i + 0.5) * kBin_m;
     const Vector3d on_planes = junction.At(along_m, Eigen::Vector2d::Zero());
     if (IsInOpening(*first.plane, junction.direction_world, on_planes) ||
         IsInOpening(*second.plane, junction.direction_world, on_planes)) {
       continue;
     }
-    junction.places.push_back(
-        {along_m, {OffsetAt_m(bins, i, options), OffsetAt_m(others, i, options)}});
+    junction.places.push_back({along_m, {OffsetAt_m(bins, i), OffsetAt_m(others, i)}});
     junction.points += points + of_other;
   }
   if (junction.places.empty()) return std::nullopt;
@@ -221,14 +232,13 @@ class KnownEdges {
 
 // The places of a junction, without those that are known, in pieces without a gap.
 std::vector<std::vector<JunctionPlace>> MakePieces(const PlaneJunction& junction,
-                                                   const KnownEdges& known,
-                                                   const JunctionOptions& options) {
+                                                   const KnownEdges& known) {
   std::vector<std::vector<JunctionPlace>> pieces;
   for (const JunctionPlace& place : junction.places) {
     const Vector3d p = junction.At(place.along_m, place.offset_m);
     if (known.Has(p, junction.direction_world)) continue;
-    const bool goes_on = !pieces.empty() && place.along_m - pieces.back().back().along_m <=
-                                                options.close_gap_m + options.bin_m;
+    const bool goes_on =
+        !pieces.empty() && place.along_m - pieces.back().back().along_m <= kCloseGap_m + kBin_m;
     if (!goes_on) pieces.emplace_back();
     pieces.back().push_back(place);
   }
@@ -243,16 +253,14 @@ struct StraightOffsets {
   Vector2d At(double along_m) const { return mean_m + (along_m - middle_m) * slope; }
 };
 
-StraightOffsets FitOffsets(const std::vector<JunctionPlace>& piece,
-                           const JunctionOptions& options) {
+StraightOffsets FitOffsets(const std::vector<JunctionPlace>& piece) {
   StraightOffsets fit;
   const double count = static_cast<double>(piece.size());
   for (const JunctionPlace& place : piece) {
     fit.mean_m += place.offset_m / count;
     fit.middle_m += place.along_m / count;
   }
-  double spread_m2 =
-      std::pow(kOwnSigma_m / kTurn_rad, 2) * kAlike_m / options.bin_m;  // the prior's
+  double spread_m2 = std::pow(kOwnSigma_m / kTurn_rad, 2) * kAlike_m / kBin_m;  // the prior's
   for (const JunctionPlace& place : piece) {
     fit.slope += (place.along_m - fit.middle_m) * (place.offset_m - fit.mean_m);
     spread_m2 += std::pow(place.along_m - fit.middle_m, 2);
@@ -261,16 +269,14 @@ StraightOffsets FitOffsets(const std::vector<JunctionPlace>& piece,
   return fit;
 }
 
-int64_t BinsBetween(const JunctionPlace& first, const JunctionPlace& last,
-                    const JunctionOptions& options) {
-  return std::lround((last.along_m - first.along_m) / options.bin_m) + 1;
+int64_t BinsBetween(const JunctionPlace& first, const JunctionPlace& last) {
+  return std::lround((last.along_m - first.along_m) / kBin_m) + 1;
 }
 
-JunctionEdge MakeEdge(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
-                      const JunctionOptions& options) {
-  const StraightOffsets offsets = FitOffsets(piece, options);
-  const double from_m = piece.front().along_m - options.bin_m / 2;
-  const double to_m = piece.back().along_m + options.bin_m / 2;
+JunctionEdge MakeEdge(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece) {
+  const StraightOffsets offsets = FitOffsets(piece);
+  const double from_m = piece.front().along_m - kBin_m / 2;
+  const double to_m = piece.back().along_m + kBin_m / 2;
   return {{junction.planes[0], junction.planes[1]},
           junction.At(from_m, offsets.At(from_m)),
           junction.At(to_m, offsets.At(to_m))};
@@ -360,14 +366,14 @@ std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
                                             const JunctionOptions& options,
                                             const Progress& progress) {
   options.Check();
-  KnownEdges known(options.known_m);
+  KnownEdges known(kKnown_m);
   for (const MapLine& line : lines) known.Add(line.start_world, line.end_world);
-  const auto min_bins = std::lround(options.min_length_m / options.bin_m);
+  const auto min_bins = std::lround(kMinLength_m / kBin_m);
   std::vector<JunctionEdge> edges;
   for (const PlaneJunction& junction : FindJunctions(building, cloud, options, progress)) {
-    for (const auto& piece : MakePieces(junction, known, options)) {
-      if (BinsBetween(piece.front(), piece.back(), options) < min_bins) continue;
-      const JunctionEdge edge = MakeEdge(junction, piece, options);
+    for (const auto& piece : MakePieces(junction, known)) {
+      if (BinsBetween(piece.front(), piece.back()) < min_bins) continue;
+      const JunctionEdge edge = MakeEdge(junction, piece);
       known.Add(edge.start_world, edge.end_world);
       edges.push_back(edge);
     }

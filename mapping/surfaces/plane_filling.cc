@@ -19,6 +19,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kStoreyReach_m = 1.5;  // the same at a storey's heights, where no room was found
+// Where what is around is not on one surface, as it is little: on the plane itself.
+constexpr double kBlankReach_m = 3;  // of walls: from points and lines in the plane, along it
+constexpr double kFilledMaxSigma_m = 0.04;  // of the plane
+constexpr int kMaxPasses = 2;               // rays that may be measured through a cell
+
 constexpr double kAssumedHeight_m = 2.4;  // of a storey whose ceiling was not seen
 constexpr double kWall_m = 0.3;           // from a room, that its wall may take
 constexpr double kSigma_m = 0.03;         // of what is filled: as far from the plane it may be
@@ -120,7 +126,7 @@ std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vect
     grid.cell_m = options.cell_m;
     grid.Cover(box);
     const BoundedPlane floor{grid,     OutsideRooms(building, storey, free, grid, progress),
-                             kSigma_m, options.storey_reach_m,
+                             kSigma_m, kStoreyReach_m,
                              false,    false};
     planes.push_back(floor);
     if (storey.ceiling_m) planes.push_back(CeilingOver(floor, *storey.ceiling_m));
@@ -182,18 +188,17 @@ bool AnySees(std::vector<PlaneWatch>* watches, const Vector3d& p, const Vector3d
 
 // What is around a place of a plane, if it is on one surface, else the plane where that is known.
 std::optional<SurfaceAround> SurfaceAt(const BoundedPlane& plane, const MeasuredAround& around,
-                                       const PlaneBorders& borders, const Vector2d& cell,
-                                       const PlaneOptions& options) {
+                                       const PlaneBorders& borders, const Vector2d& cell) {
   const auto reaches = [&](const std::optional<SurfaceAround>& surface, double reach_m) {
     return surface && surface->nearest_m <= reach_m &&
-           std::abs(surface->offset_m) <= options.max_offset_m &&
+           std::abs(surface->offset_m) <= kFilledMaxOffset_m &&
            !borders.Part(cell, surface->nearest);
   };
   auto surface = around.At(cell.x(), cell.y());
   if (reaches(surface, plane.reach_m)) return surface;
-  if (!plane.is_measured || plane.sigma_m > options.max_sigma_m) return std::nullopt;
+  if (!plane.is_measured || plane.sigma_m > kFilledMaxSigma_m) return std::nullopt;
   surface = around.OnPlane(cell.x(), cell.y());
-  const double reach_m = plane.is_wall ? options.blank_reach_m : plane.reach_m;
+  const double reach_m = plane.is_wall ? kBlankReach_m : plane.reach_m;
   return reaches(surface, reach_m) ? surface : std::nullopt;
 }
 
@@ -201,16 +206,16 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
                                const PointIndex& index, const WatchingViews& watching,
                                const PlaneOptions& options) {
   const PlaneGrid& grid = plane.grid;
-  const MeasuredAround around(grid, measured.dense, measured.lines, options);
+  const MeasuredAround around(grid, measured.dense, measured.lines, options.beside_m);
   const PlaneBorders borders =
       plane.is_wall ? PlaneBorders(grid, measured.lines, options.beside_m) : PlaneBorders();
-  const cv::Mat1i passes = CountPasses(grid, measured.rays, options);
+  const cv::Mat1i passes = CountPasses(grid, measured.rays);
   std::vector<PlaneWatch> watches = watching.Watches();
   std::vector<DensePoint> points;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
-      if (!plane.inside(row, column) || passes(row, column) > options.max_passes) continue;
-      const auto surface = SurfaceAt(plane, around, borders, {column + 0.5, row + 0.5}, options);
+      if (!plane.inside(row, column) || passes(row, column) > kMaxPasses) continue;
+      const auto surface = SurfaceAt(plane, around, borders, {column + 0.5, row + 0.5});
       if (!surface) continue;
       const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
       if (index.HasNear(p, kMeasured_m) || !AnySees(&watches, p, grid.normal)) continue;

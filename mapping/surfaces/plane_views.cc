@@ -11,12 +11,21 @@
 namespace slcmap::inline mapping {
 namespace {
 
+// What has to be measured around a cell.
+constexpr int kNeighbours = 8;         // of the measured points nearest to it along the plane
+constexpr double kAgree_m = 0.015;     // from their median, of those that are on one surface
+constexpr double kMinShare = 0.75;     // of them, that is on one
+constexpr double kBlankClear_m = 0.1;  // from what was measured beside the plane
+// What cameras have to see of it.
+constexpr double kMaxRange_m = 8;
+constexpr double kMaxGrazing_deg = 85;
+constexpr double kBehind_m = 0.1;  // where they end behind it
+
 constexpr double kSigmas = 3;
 
 }  // namespace
 
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays,
-                      const PlaneOptions& options) {
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays) {
   cv::Mat1i passes = cv::Mat1i::zeros(grid.rows, grid.columns);
   for (const ViewRays& view : rays) {
     const double before_m = grid.DistanceTo(view.p_world_camera);
@@ -25,7 +34,7 @@ cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays,
       const Eigen::Vector3d end = view.p_world[i].cast<double>();
       const double after_m = grid.DistanceTo(end);
       if (before_m * after_m >= 0) continue;
-      if (std::abs(after_m) <= std::max<double>(options.behind_m, kSigmas * view.sigma_m[i])) {
+      if (std::abs(after_m) <= std::max<double>(kBehind_m, kSigmas * view.sigma_m[i])) {
         continue;
       }
       const Eigen::Vector3d at =
@@ -47,12 +56,11 @@ constexpr double kMargin_px = 2;     // of the image's border
 
 }  // namespace
 
-PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths,
-                       const PlaneOptions& options)
+PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths)
     : cameras_(cameras),
       depths_(depths),
-      max_range_m_(options.max_range_m),
-      min_cosine_(std::cos(options.max_grazing_deg * std::numbers::pi / 180)) {
+      max_range_m_(kMaxRange_m),
+      min_cosine_(std::cos(kMaxGrazing_deg * std::numbers::pi / 180)) {
   for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
     centres_.push_back(cameras_.Centre(static_cast<int>(view)));
   }
@@ -130,8 +138,8 @@ std::optional<double> Nearest_m(const PointTree& tree, const Eigen::Vector3f& pl
 }  // namespace
 
 MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
-                               const std::vector<MapLine>& lines, const PlaneOptions& options)
-    : grid_(grid), cloud_(cloud), options_(options) {
+                               const std::vector<MapLine>& lines, double beside_m)
+    : grid_(grid), cloud_(cloud) {
   Places off_plane, behind;
   for (size_t i = 0; i < cloud.size(); ++i) {
     const DensePoint& point = cloud[i];
@@ -142,15 +150,15 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
     if (before_m < -kLeastBehind_m && before_m > -kMostBehind_m) {
       behind.push_back(Along(grid, point.p_world));
     }
-    if (offset_m > options.beside_m) continue;
+    if (offset_m > beside_m) continue;
     beside_.push_back(i);
     places_.push_back(Along(grid, point.p_world));
-    const bool is_in = offset_m <= options.max_offset_m;
+    const bool is_in = offset_m <= kFilledMaxOffset_m;
     (is_in ? in_plane_ : off_plane).push_back(Along(grid, point.p_world));
     grey_ += is_in ? point.grey : 0;
   }
   grey_ /= static_cast<double>(std::max<size_t>(in_plane_.size(), 1));
-  for (const MapLine& line : lines) AddBorderPlaces(grid, line, options.max_offset_m, &in_plane_);
+  for (const MapLine& line : lines) AddBorderPlaces(grid, line, kFilledMaxOffset_m, &in_plane_);
   places_tree_ = std::make_unique<PointTree>(places_);
   in_plane_tree_ = std::make_unique<PointTree>(in_plane_);
   off_plane_tree_ = std::make_unique<PointTree>(off_plane);
@@ -158,9 +166,9 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
 }
 
 std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const {
-  if (std::ssize(beside_) < options_.neighbours) return std::nullopt;
+  if (std::ssize(beside_) < kNeighbours) return std::nullopt;
   PointTree::Found near;
-  places_tree_->FindNearest(Along(grid_, grid_.At(column, row)), options_.neighbours, &near);
+  places_tree_->FindNearest(Along(grid_, grid_.At(column, row)), kNeighbours, &near);
   const std::vector<int>& found = near.items;
   std::vector<double> offsets_m;
   for (const int i : found) {
@@ -170,12 +178,12 @@ std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const
   SurfaceAround around;
   int agreeing = 0;
   for (size_t i = 0; i < found.size(); ++i) {
-    if (std::abs(offsets_m[i] - median_m) > options_.agree_m) continue;
+    if (std::abs(offsets_m[i] - median_m) > kAgree_m) continue;
     around.offset_m += offsets_m[i];
     around.grey += cloud_[beside_[found[i]]].grey;
     ++agreeing;
   }
-  if (agreeing < options_.min_share * options_.neighbours) return std::nullopt;
+  if (agreeing < kMinShare * kNeighbours) return std::nullopt;
   around.nearest = places_[found.front()].head<2>().cast<double>() / grid_.cell_m;
   around.nearest_m = std::sqrt(static_cast<double>(near.squared_m2.front()));
   around.offset_m /= agreeing;
@@ -189,7 +197,7 @@ std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) 
   const auto nearest_m = Nearest_m(*in_plane_tree_, place, &found);
   if (!nearest_m) return std::nullopt;
   const auto other_m = Nearest_m(*off_plane_tree_, place, &elsewhere);
-  if (other_m && *other_m < options_.blank_clear_m) return std::nullopt;
+  if (other_m && *other_m < kBlankClear_m) return std::nullopt;
   const auto behind_m = Nearest_m(*behind_tree_, place, &elsewhere);
   if (behind_m && *behind_m < *nearest_m) return std::nullopt;
   SurfaceAround around;

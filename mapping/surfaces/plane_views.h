@@ -19,15 +19,13 @@
 namespace slcmap::inline mapping {
 
 // By cell: the rays that go through it to an end clearly behind it, from either side.
-cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays,
-                      const PlaneOptions& options);
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays);
 
 // The left images of a rig's views. What is given has to live on.
 class PlaneWatch {
  public:
   // Hidden is what one of the depths hides.
-  PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths,
-             const PlaneOptions& options);
+  PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths);
 
   // From before the surface, near and steeply enough, past all that hides it. Neighbouring places
   // are seen by the same view, which is asked first.
@@ -57,7 +55,7 @@ class MeasuredAround {
   // The points beside a plane that face as it does, and the lines at its border. Grid and cloud
   // outlive it.
   MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
-                 const std::vector<MapLine>& lines, const PlaneOptions& options);
+                 const std::vector<MapLine>& lines, double beside_m);
 
   // The surface that most of the nearest points are on; none where they are on several.
   std::optional<SurfaceAround> At(double column, double row) const;
@@ -69,7 +67,6 @@ class MeasuredAround {
  private:
   const PlaneGrid& grid_;
   const std::vector<DensePoint>& cloud_;
-  const PlaneOptions options_;
   std::vector<size_t> beside_;
   double grey_ = 0;  // of the points in the plane, in the mean
   // Along the plane: of all points beside it, of what is in it, of points off it, of those well

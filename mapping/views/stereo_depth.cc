@@ -11,23 +11,16 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr OptionTable kDenseTable{
-    Option{"min_travel_m", &DenseOptions::min_travel_m, 0.0, 10.0},
-    Option{"min_turn_rad", &DenseOptions::min_turn_rad, 0.0, 3.0},
-    Option{"min_depth_m", &DenseOptions::min_depth_m, 0.05, 100.0},
-    Option{"max_depth_m", &DenseOptions::max_depth_m, 0.1, 1000.0},
-    Option{"grid_px", &DenseOptions::grid_px, 1, 64},
-    Option{"uniqueness_percent", &DenseOptions::uniqueness_percent, 0, 100},
-    Option{"max_grazing_deg", &DenseOptions::max_grazing_deg, 10.0, 90.0},
-    Option{"pair_sigma_px", &DenseOptions::pair_sigma_px, 0.0, 10.0},
-    Option{"pose_sigma_px", &DenseOptions::pose_sigma_px, 0.0, 10.0},
-    Option{"neighbours", &DenseOptions::neighbours, 0, 16},
-    Option{"window_views", &DenseOptions::window_views, 1, 100},
-    Option{"min_views", &DenseOptions::min_views, 1, 100},
-    Option{"min_baseline_m", &DenseOptions::min_baseline_m, 0.0, 10.0},
-    Option{"agree_sigmas", &DenseOptions::agree_sigmas, 0.1, 10.0},
-    Option{"voxel_m", &DenseOptions::voxel_m, kMinVoxel_m, 1.0},
-    Option{"max_sigma_m", &DenseOptions::max_sigma_m, 1e-3, 10.0}};
+constexpr int kUniquenessPercent = 5;  // by which the best disparity beats all others
+
+constexpr OptionTable kDenseTable{Option{"min_travel_m", &DenseOptions::min_travel_m, 0.0, 10.0},
+                                  Option{"min_turn_rad", &DenseOptions::min_turn_rad, 0.0, 3.0},
+                                  Option{"min_depth_m", &DenseOptions::min_depth_m, 0.05, 100.0},
+                                  Option{"max_depth_m", &DenseOptions::max_depth_m, 0.1, 1000.0},
+                                  Option{"grid_px", &DenseOptions::grid_px, 1, 64},
+                                  Option{"pair_sigma_px", &DenseOptions::pair_sigma_px, 0.0, 10.0},
+                                  Option{"voxel_m", &DenseOptions::voxel_m, kMinVoxel_m, 1.0},
+                                  Option{"max_sigma_m", &DenseOptions::max_sigma_m, 1e-3, 10.0}};
 
 }  // namespace
 
@@ -37,7 +30,9 @@ void DenseOptions::Check() const {
 }
 void DenseOptions::Read(YamlSection section) {
   section.Skip("threads");  // as options.yaml of earlier maps has it
-  kDenseTable.Read(section, this);
+  kDenseTable.Read(section, this,
+                   {"uniqueness_percent", "max_grazing_deg", "pose_sigma_px", "neighbours",
+                    "window_views", "min_views", "min_baseline_m", "agree_sigmas"});
 }
 
 namespace {
@@ -58,7 +53,7 @@ int DisparitiesAtHalfSize(const Rig& rig, const DenseOptions& options) {
 }
 
 // Disparities of the left image at half size, in pixels of that size; not positive where unknown.
-cv::Mat MatchAtHalfSize(const StereoImage& pair, int disparities, const DenseOptions& options) {
+cv::Mat MatchAtHalfSize(const StereoImage& pair, int disparities) {
   cv::Mat left, right, matched;
   cv::resize(pair.left, left, {}, 0.5, 0.5, cv::INTER_AREA);
   cv::resize(pair.right, right, {}, 0.5, 0.5, cv::INTER_AREA);
@@ -67,9 +62,9 @@ cv::Mat MatchAtHalfSize(const StereoImage& pair, int disparities, const DenseOpt
     cv::copyMakeBorder(*image, *image, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
   }
   constexpr int kArea = kBlock_px * kBlock_px;
-  const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock_px, 8 * kArea, 32 * kArea,
-                                              kMaxLeftRight_px, 31, options.uniqueness_percent,
-                                              kSpeckle_px, 1, cv::StereoSGBM::MODE_SGBM_3WAY);
+  const auto matcher =
+      cv::StereoSGBM::create(0, disparities, kBlock_px, 8 * kArea, 32 * kArea, kMaxLeftRight_px, 31,
+                             kUniquenessPercent, kSpeckle_px, 1, cv::StereoSGBM::MODE_SGBM_3WAY);
   matcher->compute(left, right, matched);
   matched = matched.colRange(disparities, matched.cols);
   cv::Mat disparity;
@@ -122,9 +117,9 @@ DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& r
   const Camera& camera = rig.cameras[0];
   DepthGrid grid(camera, options.grid_px);
   if (pair.left.empty() || pair.right.empty()) return grid;
-  const cv::Mat disparity = MatchAtHalfSize(pair, DisparitiesAtHalfSize(rig, options), options);
+  const cv::Mat disparity = MatchAtHalfSize(pair, DisparitiesAtHalfSize(rig, options));
   const double per_px = 1 / (camera.fx_px * Baseline_m(rig));  // inverse depth of a disparity
-  const double min_cosine = std::cos(options.max_grazing_deg * M_PI / 180);
+  const double min_cosine = std::cos(kDepthMaxGrazing_deg * M_PI / 180);
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const int u = grid.ColumnPixel(column), v = grid.RowPixel(row);

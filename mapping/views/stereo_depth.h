@@ -15,6 +15,8 @@
 
 namespace slcmap::inline mapping {
 
+inline constexpr double kDepthMaxGrazing_deg = 75;  // between a surface's normal and the ray to it
+
 // Inverse depth, 1/z in 1/m, is linear over the image of a plane, and so are disparities: the
 // surface around a node is given by its value there and its slopes in 1/m per pixel.
 struct DepthNode {
@@ -124,17 +126,9 @@ struct DenseOptions {
   double min_depth_m = 0.4;
   double max_depth_m = 10;
   int grid_px = 5;              // between the pixels of an image whose depth is estimated
-  int uniqueness_percent = 5;   // by which the best disparity beats all others
-  double max_grazing_deg = 75;  // between a surface's normal and the ray to it
   double pair_sigma_px = 0.08;  // what the calibration lets the right image be off
-  double pose_sigma_px = 0.15;  // what poses let the image of another view be off
-  int neighbours = 3;           // views whose images refine the depth of one
 
   // What is kept.
-  int window_views = 8;         // on either side, that may confirm a view's depth
-  int min_views = 3;            // that agree, itself among them
-  double min_baseline_m = 0.1;  // between those that count
-  double agree_sigmas = 2;
   double voxel_m = 0.04;
   double max_sigma_m = 0.1;  // of one view's depth
 

@@ -19,6 +19,9 @@ namespace {
 using Eigen::Matrix2f;
 using Eigen::Vector2f;
 
+constexpr int kMaxPlaces = 3;  // the best that are told
+constexpr double kMinApart_px = 3;
+
 constexpr int kAlignIterations = 10;
 constexpr float kMinStep_px = 0.02f;
 constexpr float kMaxAligned_px = 2;  // from the pixel of best correlation
@@ -44,13 +47,13 @@ cv::Mat Expected(const cv::Mat& from, const Vector2f& from_px, const Matrix2f& a
 // The best pixels of a map of correlations, each the only one near it.
 std::vector<cv::Point> Peaks(cv::Mat correlations, const PatchSearchOptions& options) {
   std::vector<cv::Point> peaks;
-  while (std::ssize(peaks) < options.max_places) {
+  while (std::ssize(peaks) < kMaxPlaces) {
     double best = 0;
     cv::Point at;
     cv::minMaxLoc(correlations, nullptr, &best, nullptr, &at);
     if (!(best >= options.min_correlation)) break;
     peaks.push_back(at);
-    cv::circle(correlations, at, static_cast<int>(std::ceil(options.min_apart_px)), -1, cv::FILLED);
+    cv::circle(correlations, at, static_cast<int>(std::ceil(kMinApart_px)), -1, cv::FILLED);
   }
   return peaks;
 }

@@ -16,8 +16,6 @@ namespace slcmap::inline mapping {
 struct PatchSearchOptions {
   int patch_px = 15;
   double min_correlation = 0.8;
-  int max_places = 3;  // the best that are told
-  double min_apart_px = 3;
 };
 
 // Where a patch of `from` about a pixel is seen in `to`, within some pixels of a place: `warp` says

@@ -14,6 +14,9 @@
 namespace slcmap::inline mapping {
 namespace {
 
+constexpr double kAlike_m = 0.3;
+constexpr double kAlike_rad = 0.35;
+
 bool AreApart(const View& a, const View& b, const ViewSpacingOptions& options) {
   return (a.T_world_imu.translation - b.T_world_imu.translation).norm() >= options.min_travel_m ||
          a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation) >= options.min_turn_rad;
@@ -31,10 +34,10 @@ void AddBetween(const Views& frames, size_t before, size_t after, const ViewSpac
   }
 }
 
-bool AreAlike(const View& a, const View& b, const ViewSpacingOptions& options) {
+bool AreAlike(const View& a, const View& b) {
   return a.segment == b.segment &&
-         (a.T_world_imu.translation - b.T_world_imu.translation).norm() <= options.alike_m &&
-         a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation) <= options.alike_rad;
+         (a.T_world_imu.translation - b.T_world_imu.translation).norm() <= kAlike_m &&
+         a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation) <= kAlike_rad;
 }
 
 // The first ones stay, as these are next to each other: lines are swept in views that follow each
@@ -43,7 +46,7 @@ std::vector<size_t> WithoutAlike(const Views& frames, const std::vector<size_t>&
                                  const ViewSpacingOptions& options) {
   std::vector<size_t> kept;
   for (const size_t i : selected) {
-    const auto is_like = [&](size_t k) { return AreAlike(frames[k], frames[i], options); };
+    const auto is_like = [&](size_t k) { return AreAlike(frames[k], frames[i]); };
     if (std::ranges::count_if(kept, is_like) < options.max_alike) kept.push_back(i);
   }
   return kept;

@@ -23,7 +23,6 @@ struct ViewSpacingOptions {
   // Of views that look from one place the same way, to alike_m and alike_rad, so many are enough:
   // long recordings pass where they have been again and again.
   int max_alike = 12;
-  double alike_m = 0.3, alike_rad = 0.35;
 };
 
 // The frames (their indices) that are keyframes, by segment and stamp, and those between two

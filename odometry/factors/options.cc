@@ -35,8 +35,7 @@ constexpr OptionTable kCalibration{
 
 void CalibrationOptions::Check() const { kCalibration.Check("calibration", *this); }
 void CalibrationOptions::Read(YamlSection section) {
-  section.Retire("principal_points");
-  kCalibration.Read(section, this);
+  kCalibration.Read(section, this, {"principal_points"});
 }
 
 }  // namespace slcmap::odometry

@@ -10,6 +10,9 @@
 
 namespace slcmap::inline odometry {
 
+// Of what one camera measured of a point (2 rows), that is kept.
+inline constexpr double kMaxPointChi2 = 12;
+
 // What all point residuals of a rig share.
 struct StereoGeometry {
   std::array<RigidTransform, 2> T_imu_camera;

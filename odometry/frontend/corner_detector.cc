@@ -12,6 +12,10 @@
 namespace slcmap::inline odometry {
 namespace {
 
+// The square of the same, at least, over the mean square that the image's noise has there: in
+// an image of nothing but noise some place of 10^5 has 2 to 4.
+constexpr double kMinOverNoise = 3.5;
+
 // Variance of a block that is constant: cut off at an end of the scale, painted or compressed. It
 // shows no noise, whatever there is elsewhere.
 constexpr double kLeastDetail = 0.01;
@@ -231,9 +235,8 @@ CornerDetector::CornerDetector(const cv::Mat& image, const cv::Mat& mask, double
       searched_(columns_ * rows_),
       corners_(columns_ * rows_) {
   for (int grey = 0; grey < 256; ++grey) {
-    least_by_grey_.push_back(
-        static_cast<float>(std::max(options.min_response * options.min_response,
-                                    options.min_over_noise * noise.VarianceAt(grey))));
+    least_by_grey_.push_back(static_cast<float>(std::max(
+        options.min_response * options.min_response, kMinOverNoise * noise.VarianceAt(grey))));
   }
 }
 

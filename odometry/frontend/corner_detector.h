@@ -39,9 +39,6 @@ class GradientNoise {
 
 struct CornerDetectorOptions {
   double min_response = 2;  // grey values a pixel across the direction of least texture
-  // The square of the same, at least, over the mean square that the image's noise has there: in
-  // an image of nothing but noise some place of 10^5 has 2 to 4.
-  double min_over_noise = 3.5;
 };
 
 // The corners of one image. Its cells, of about cell_px, are searched when they are first needed.

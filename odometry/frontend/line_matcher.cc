@@ -14,6 +14,11 @@ namespace {
 
 using cv::line_descriptor::KeyLine;
 
+constexpr double kMinLeadBits = 10;             // of the best match before the second best
+constexpr double kMinStereoCorrelation = 0.85;  // of the pictures beside the left and right segment
+constexpr double kMinStereoLead = 0.03;         // of the best correlation before the second best
+constexpr double kMatcherMaxDisparity = 0.25;   // of the image's width
+
 // Of the image that is described: a fifth of the time that the whole image takes.
 constexpr double kScale = 0.5;
 constexpr int kBandWidth_px = 4;  // there; nine bands make up the neighbourhood
@@ -319,7 +324,7 @@ std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
       if (distance) costs(e, s) = kBitsPerGate * *distance;
     }
   }
-  RejectOtherProfiles(image, expected, segments, options.min_correlation, &costs);
+  RejectOtherProfiles(image, expected, segments, kMatcherMinCorrelation, &costs);
   const std::vector<cv::Mat> descriptors = DescribePlausible(image, segments, costs);
   for (size_t e = 0; e < expected.size(); ++e) {
     for (size_t s = 0; s < segments.size(); ++s) {
@@ -330,35 +335,34 @@ std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
   }
   const auto alike = [&](int a, int b) { return SameLine(segments[a], segments[b]); };
   for (size_t e = 0; e < expected.size(); ++e) {
-    matches[e] = costs.MutualBest(e, options.min_lead_bits, alike);
+    matches[e] = costs.MutualBest(e, kMinLeadBits, alike);
   }
   return matches;
 }
 
 bool IsStereoMatch(const cv::Mat& left_image, const cv::Mat& right_image, const LineSegment& left,
-                   const LineSegment& right, const LineMatcherOptions& options) {
+                   const LineSegment& right) {
   const auto cost =
-      StereoCost(left_image, right_image, left, right, options.max_disparity * left_image.cols);
-  return cost && *cost <= 1 - options.min_stereo_correlation;
+      StereoCost(left_image, right_image, left, right, kMatcherMaxDisparity * left_image.cols);
+  return cost && *cost <= 1 - kMinStereoCorrelation;
 }
 
 std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv::Mat& right_image,
                                             const std::vector<LineSegment>& left,
-                                            const std::vector<LineSegment>& right,
-                                            const LineMatcherOptions& options) {
+                                            const std::vector<LineSegment>& right) {
   std::vector<std::optional<int>> matches(left.size());
   if (left.empty() || right.empty()) return matches;
-  const double max_disparity_px = options.max_disparity * left_image.cols;
+  const double max_disparity_px = kMatcherMaxDisparity * left_image.cols;
   CostTable costs(left.size(), right.size());
   for (size_t l = 0; l < left.size(); ++l) {
     for (size_t r = 0; r < right.size(); ++r) {
       const auto cost = StereoCost(left_image, right_image, left[l], right[r], max_disparity_px);
-      if (cost && *cost <= 1 - options.min_stereo_correlation) costs(l, r) = *cost;
+      if (cost && *cost <= 1 - kMinStereoCorrelation) costs(l, r) = *cost;
     }
   }
   const auto alike = [&](int a, int b) { return SameLine(right[a], right[b]); };
   for (size_t l = 0; l < left.size(); ++l) {
-    matches[l] = costs.MutualBest(l, options.min_stereo_lead, alike);
+    matches[l] = costs.MutualBest(l, kMinStereoLead, alike);
   }
   return matches;
 }

@@ -54,13 +54,12 @@ std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
 
 // True where the two can be one edge: on the same rows, at a possible disparity, and alike.
 bool IsStereoMatch(const cv::Mat& left_image, const cv::Mat& right_image, const LineSegment& left,
-                   const LineSegment& right, const LineMatcherOptions& options);
+                   const LineSegment& right);
 
 // For each segment of the left rectified image the index of its mutual best match in the right one,
 // judged by the pictures beside both on the same rows.
 std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv::Mat& right_image,
                                             const std::vector<LineSegment>& left,
-                                            const std::vector<LineSegment>& right,
-                                            const LineMatcherOptions& options);
+                                            const std::vector<LineSegment>& right);
 
 }  // namespace slcmap::odometry

@@ -52,6 +52,10 @@ double LargestDistance_px(const LineSegment& a, const LineSegment& b) {
 
 namespace {
 
+constexpr double kRefinementStep_px = 3;  // between profiles, along the segment
+constexpr double kMinSupport = 0.6;       // share of profiles that agree with the line
+constexpr double kMaxResidual_px = 1;     // of a profile that agrees
+
 constexpr double kShadingMaxShift_px = 0.7;
 constexpr size_t kMinProfiles = 4;
 
@@ -279,12 +283,11 @@ Eigen::Vector2d Extend(const cv::Mat& image, const LineSegment& segment, int sid
   const Eigen::Vector2d direction = Direction(segment), normal = side * Normal(segment);
   Eigen::Vector2d end = segment.end;
   int misses = 0;
-  for (double along = options.step_px; along <= options.max_extension_px && misses <= kMaxMisses;
-       along += options.step_px) {
+  for (double along = kRefinementStep_px; along <= options.max_extension_px && misses <= kMaxMisses;
+       along += kRefinementStep_px) {
     const Eigen::Vector2d p = segment.end + along * direction;
     const auto edge = FindEdge(image, p, normal, 1);
-    if (edge && edge->gradient >= min_gradient &&
-        std::abs(edge->across_px) < options.max_residual_px) {
+    if (edge && edge->gradient >= min_gradient && std::abs(edge->across_px) < kMaxResidual_px) {
       end = p;
       misses = 0;
     } else {
@@ -313,20 +316,19 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
                                             const LineRefinementOptions& options) {
   const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach);
   const int profiles =
-      std::clamp(static_cast<int>(segment.Length() / options.step_px) + 1, 6, kMaxProfiles);
+      std::clamp(static_cast<int>(segment.Length() / kRefinementStep_px) + 1, 6, kMaxProfiles);
   auto edges = FindEdges(image, segment, reach, profiles, options.min_gradient);
-  std::optional<Fit> fit = FitByConsensus(edges, options.max_residual_px);
+  std::optional<Fit> fit = FitByConsensus(edges, kMaxResidual_px);
   if (!fit) return std::nullopt;
-  Agreement agreement = Agree(*fit, options.max_residual_px, &edges);
+  Agreement agreement = Agree(*fit, kMaxResidual_px, &edges);
   for (int i = 0; i < kFits; ++i) {
     fit = FitEdges(edges);
     if (!fit) return std::nullopt;
-    agreement =
-        Agree(*fit, i == 0 ? options.max_residual_px : 0.5 * options.max_residual_px, &edges);
+    agreement = Agree(*fit, i == 0 ? kMaxResidual_px : 0.5 * kMaxResidual_px, &edges);
   }
   RefinedSegment refined;
   refined.support = static_cast<double>(agreement.count) / profiles;
-  if (agreement.count < 4 || refined.support < options.min_support) return std::nullopt;
+  if (agreement.count < 4 || refined.support < kMinSupport) return std::nullopt;
   refined.gradient = agreement.sum_gradient / agreement.count;
   refined.rms_px = std::sqrt(agreement.sum_squared / agreement.count);
   const Fit shading = FitShading(image, segment, *fit, edges, agreement);

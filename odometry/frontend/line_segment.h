@@ -52,11 +52,8 @@ using EdgeProfile = std::array<double, 2 * kEdgeReach + 1>;
 double ShadingShift_px(const std::vector<EdgeProfile>& profiles);
 
 struct LineRefinementOptions {
-  double reach_px = 2;         // across the segment, how far its edge may be from where it is given
-  double step_px = 3;          // between profiles, along the segment
-  double min_support = 0.6;    // share of profiles that agree with the line
-  double max_residual_px = 1;  // of a profile that agrees
-  double min_gradient = 2;     // grey values a pixel, of the edge
+  double reach_px = 2;      // across the segment, how far its edge may be from where it is given
+  double min_gradient = 2;  // grey values a pixel, of the edge
   double max_extension_px = 0;  // beyond each end, as far as the edge goes on
 };
 

@@ -14,6 +14,13 @@
 namespace slcmap::inline odometry {
 namespace {
 
+constexpr int kLineTrackerMaxMisses = 3;  // calls in a row without an observation or a prediction
+constexpr double kGateSigmas = 3;         // across the line, about a prediction, and
+constexpr double kMinGate_px = 1.5;       // added to them
+constexpr double kPredictedAngle_rad = 0.04;
+constexpr double kMaxParallax_px = 40;    // of a line without prediction, beyond the rotation
+constexpr double kMovedAngle_rad = 0.15;  // the same of its direction
+
 constexpr double kMaxAxisAngle_rad = 0.05;
 constexpr double kAxisBonus = 2;        // in length
 constexpr double kLongEnough_px = 150;  // beyond it more length counts less
@@ -168,7 +175,7 @@ class LineTracker::Impl {
     std::sort(observations_.begin(), observations_.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     std::erase_if(known_,
-                  [&](const auto& entry) { return entry.second.misses > options_.max_misses; });
+                  [&](const auto& entry) { return entry.second.misses > kLineTrackerMaxMisses; });
   }
 
   void Remove(const std::unordered_set<int64_t>& ids) {
@@ -203,9 +210,7 @@ class LineTracker::Impl {
     }
   }
 
-  double Gate_px(const LinePrediction& p) const {
-    return options_.min_gate_px + options_.gate_sigmas * p.sigma_px;
-  }
+  double Gate_px(const LinePrediction& p) const { return kMinGate_px + kGateSigmas * p.sigma_px; }
 
   static LineSegment AlignedTo(const LineSegment& oriented, const LineSegment& s) {
     return Direction(s).dot(Direction(oriented)) < 0 ? Reversed(s) : s;
@@ -228,8 +233,8 @@ class LineTracker::Impl {
       const auto known = known_.find(p.id);
       if (Room() <= 0 || known == known_.end() || known->second.gate_px == 0) continue;
       const KnownLine& line = known->second;
-      const auto found = FollowEdge(left_, line.expected_px, line.profile, line.gate_px,
-                                    options_.matcher.min_correlation);
+      const auto found =
+          FollowEdge(left_, line.expected_px, line.profile, line.gate_px, kMatcherMinCorrelation);
       if (!found || found->Length() < kMinKept * options_.detector.min_length_px) continue;
       if (IsObserved(*found)) continue;
       Observe(p.id, *found);
@@ -239,9 +244,9 @@ class LineTracker::Impl {
 
   void FollowRight(const LinePrediction& p, LineObservation* o) const {
     const LineSegment expected = AlignedTo(o->left_px, *p.right_px);
-    const auto found = FollowEdge(right_, expected, known_.at(o->id).profile, Gate_px(p),
-                                  options_.matcher.min_correlation);
-    if (found && IsStereoMatch(left_, right_, o->left_px, *found, options_.matcher)) {
+    const auto found =
+        FollowEdge(right_, expected, known_.at(o->id).profile, Gate_px(p), kMatcherMinCorrelation);
+    if (found && IsStereoMatch(left_, right_, o->left_px, *found)) {
       o->right_px = found;
     }
   }
@@ -300,16 +305,15 @@ class LineTracker::Impl {
 
   ExpectedSegment ExpectedNow(const KnownLine& line) const {
     if (line.gate_px == 0) {
-      return {line.expected_px,         line.profile,
-              line.descriptor,          options_.max_parallax_px,
-              options_.max_parallax_px, options_.moved_angle_rad};
+      return {line.expected_px, line.profile,    line.descriptor,
+              kMaxParallax_px,  kMaxParallax_px, kMovedAngle_rad};
     }
     return {line.expected_px,
             line.profile,
             line.descriptor,
             line.gate_px,
             0,
-            options_.predicted_angle_rad + line.gate_px / line.expected_px.Length()};
+            kPredictedAngle_rad + line.gate_px / line.expected_px.Length()};
   }
 
   void AddNew(const std::vector<Eigen::Vector3d>& axes_camera,
@@ -341,7 +345,7 @@ class LineTracker::Impl {
     }
     if (left.empty()) return;
     const auto right = DetectSegments(right_, masks_[1], options_.detector);
-    const auto matches = MatchStereo(left_, right_, left, right, options_.matcher);
+    const auto matches = MatchStereo(left_, right_, left, right);
     for (size_t i = 0; i < lines.size(); ++i) {
       if (matches[i]) lines[i]->right_px = right[*matches[i]];
     }

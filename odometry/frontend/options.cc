@@ -19,12 +19,12 @@ constexpr OptionTable kPointTracker{
     Option{"min_distance_px", &PointTrackerOptions::min_distance_px, 3.0, 1000.0},
     Option{"pyramid_levels", &PointTrackerOptions::pyramid_levels, 1, 8},
     Option{"patch_px", &PointTrackerOptions::patch_px, 5, 63},
-    Option{"min_correlation", &PointTrackerOptions::min_correlation, 0.0, 1.0},
-    Option{"max_epipolar_px", &PointTrackerOptions::max_epipolar_px, 0.01, 100.0},
     Option{"min_corner_gradient", &PointTrackerOptions::min_corner_gradient, 0.0, 255.0}};
 
 void PointTrackerOptions::Check() const { kPointTracker.Check("points", *this); }
-void PointTrackerOptions::Read(YamlSection section) { kPointTracker.Read(section, this); }
+void PointTrackerOptions::Read(YamlSection section) {
+  kPointTracker.Read(section, this, {"min_correlation", "max_epipolar_px"});
+}
 
 constexpr std::pair<LineDetectorKind, const char*> kLineDetectors[] = {
     {LineDetectorKind::kLsd, "lsd"},
@@ -60,24 +60,16 @@ void LineDetectorOptions::Read(YamlSection section) {
 }
 
 constexpr OptionTable kLineMatcher{
-    Option{"max_descriptor_bits", &LineMatcherOptions::max_descriptor_bits, 0, 256},
-    Option{"min_lead_bits", &LineMatcherOptions::min_lead_bits, 0.0, 256.0},
-    Option{"min_correlation", &LineMatcherOptions::min_correlation, 0.0, 1.0},
-    Option{"min_stereo_correlation", &LineMatcherOptions::min_stereo_correlation, 0.0, 1.0},
-    Option{"min_stereo_lead", &LineMatcherOptions::min_stereo_lead, 0.0, 1.0},
-    Option{"max_disparity", &LineMatcherOptions::max_disparity, 0.01, 1.0}};
+    Option{"max_descriptor_bits", &LineMatcherOptions::max_descriptor_bits, 0, 256}};
 
 void LineMatcherOptions::Check() const { kLineMatcher.Check("lines.matcher", *this); }
-void LineMatcherOptions::Read(YamlSection section) { kLineMatcher.Read(section, this); }
+void LineMatcherOptions::Read(YamlSection section) {
+  kLineMatcher.Read(section, this,
+                    {"min_lead_bits", "min_correlation", "min_stereo_correlation",
+                     "min_stereo_lead", "max_disparity"});
+}
 
-constexpr OptionTable kLineTracker{
-    Option{"max_lines", &LineTrackerOptions::max_lines, 1, 1000},
-    Option{"max_misses", &LineTrackerOptions::max_misses, 0, 1000},
-    Option{"gate_sigmas", &LineTrackerOptions::gate_sigmas, 0.0, 100.0},
-    Option{"min_gate_px", &LineTrackerOptions::min_gate_px, 0.1, 100.0},
-    Option{"predicted_angle_rad", &LineTrackerOptions::predicted_angle_rad, 0.001, 1.0},
-    Option{"max_parallax_px", &LineTrackerOptions::max_parallax_px, 1.0, 1000.0},
-    Option{"moved_angle_rad", &LineTrackerOptions::moved_angle_rad, 0.001, 1.0}};
+constexpr OptionTable kLineTracker{Option{"max_lines", &LineTrackerOptions::max_lines, 1, 1000}};
 
 void LineTrackerOptions::Check() const {
   kLineTracker.Check("lines", *this);
@@ -87,7 +79,9 @@ void LineTrackerOptions::Check() const {
 void LineTrackerOptions::Read(YamlSection section) {
   detector.Read(section.Section("detector"));
   matcher.Read(section.Section("matcher"));
-  kLineTracker.Read(section, this);
+  kLineTracker.Read(section, this,
+                    {"max_misses", "gate_sigmas", "min_gate_px", "predicted_angle_rad",
+                     "max_parallax_px", "moved_angle_rad"});
 }
 
 }  // namespace slcmap::odometry

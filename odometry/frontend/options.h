@@ -7,6 +7,9 @@
 
 namespace slcmap::inline odometry {
 
+// Of a line's profile with that of its last observation
+inline constexpr double kMatcherMinCorrelation = 0.85;
+
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
   double scale = 0.8;  // of the rectified focal length to that of the image's centre
@@ -19,8 +22,6 @@ struct PointTrackerOptions {
   double min_distance_px = 16;
   int pyramid_levels = 4;
   int patch_px = 13;
-  double min_correlation = 0.8;    // normalised, with the image where the point was detected
-  double max_epipolar_px = 1.5;    // left to right, across the rectified row
   double min_corner_gradient = 1;  // grey values a pixel, across the direction of least texture
   void Check() const;
   void Read(YamlSection section);
@@ -44,12 +45,7 @@ struct LineDetectorOptions {
 };
 
 struct LineMatcherOptions {
-  int max_descriptor_bits = 60;          // of 256, between observations of one line
-  double min_lead_bits = 10;             // of the best match before the second best
-  double min_correlation = 0.85;         // of a line's profile with that of its last observation
-  double min_stereo_correlation = 0.85;  // of the pictures beside the left and right segment
-  double min_stereo_lead = 0.03;         // of the best correlation before the second best
-  double max_disparity = 0.25;           // of the image's width
+  int max_descriptor_bits = 60;  // of 256, between observations of one line
   void Check() const;
   void Read(YamlSection section);
 };
@@ -57,13 +53,7 @@ struct LineMatcherOptions {
 struct LineTrackerOptions {
   LineDetectorOptions detector;
   LineMatcherOptions matcher;
-  int max_lines = 60;        // followed at once; SLC-VIO keeps 35
-  int max_misses = 3;        // calls in a row without an observation or a prediction
-  double gate_sigmas = 3;    // across the line, about a prediction, and
-  double min_gate_px = 1.5;  // added to them
-  double predicted_angle_rad = 0.04;
-  double max_parallax_px = 40;    // of a line without prediction, beyond the rotation
-  double moved_angle_rad = 0.15;  // the same of its direction
+  int max_lines = 60;  // followed at once; SLC-VIO keeps 35
   void Check() const;
   void Read(YamlSection section);
 };

@@ -9,6 +9,9 @@
 namespace slcmap::inline odometry {
 namespace {
 
+constexpr double kMinCorrelation = 0.8;  // normalised, with the image where the point was detected
+constexpr double kMaxEpipolar_px = 1.5;  // left to right, across the rectified row
+
 constexpr double kMaxDisparity = 0.25;  // searched, of the image's width
 constexpr float kMinRowCorrelation = 0.7f;
 constexpr double kCloserShare = 0.5;  // of the least distance, where corners are few
@@ -169,7 +172,7 @@ class PointTracker::Impl {
     PatchWarp warp = rotated;
     warp.center_px += p->parallax_px;
     if (!Accept(AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp), warp,
-                options_.min_correlation)) {
+                kMinCorrelation)) {
       return false;
     }
     p->parallax_px = warp.center_px - rotated.center_px;
@@ -193,7 +196,7 @@ class PointTracker::Impl {
 
   bool AcceptRight(float correlation, const TrackedPoint& p, const PatchWarp& right) const {
     const Eigen::Vector2f d = p.left.center_px - right.center_px;
-    return correlation >= options_.min_correlation && std::abs(d.y()) <= options_.max_epipolar_px &&
+    return correlation >= kMinCorrelation && std::abs(d.y()) <= kMaxEpipolar_px &&
            d.x() >= kMinDisparity_px;
   }
 

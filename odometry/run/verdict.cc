@@ -23,6 +23,11 @@ void VerdictLimits::Read(YamlSection section) { kVerdictLimits.Read(section, thi
 
 namespace {
 
+constexpr double kMinSeenRight = 0.25;  // of a keyframe's points; fewer are doubtful
+constexpr double kFailedRestartsAMinute = 6;
+constexpr double kMinPosedShare = 0.9;  // of the images from the first pose on; less is doubtful
+constexpr double kFailedPosedShare = 0.5;
+
 constexpr std::pair<const char*, VerdictLimits VerdictOptions::*> kVerdictSections[] = {
     {"points_rejected", &VerdictOptions::points_rejected},
     {"observations_rejected", &VerdictOptions::observations_rejected},
@@ -38,26 +43,21 @@ constexpr std::pair<const char*, VerdictLimits VerdictOptions::*> kVerdictSectio
 
 }  // namespace
 
-constexpr OptionTable kVerdict{
-    Option{"failed_restarts_a_minute", &VerdictOptions::failed_restarts_a_minute, 0.0, 1e6},
-    Option{"min_seen_right", &VerdictOptions::min_seen_right, 0.0, 1.0},
-    Option{"min_posed_share", &VerdictOptions::min_posed_share, 0.0, 1.0},
-    Option{"failed_posed_share", &VerdictOptions::failed_posed_share, 0.0, 1.0},
-    Option{"max_start_s", &VerdictOptions::max_start_s, 0.0, 1e9}};
+constexpr OptionTable kVerdict{Option{"max_start_s", &VerdictOptions::max_start_s, 0.0, 1e9}};
 
 void VerdictOptions::Check() const {
   kVerdict.Check("verdict", *this);
   for (const auto& [key, limits] : kVerdictSections) (this->*limits).Check(key);
-  CheckOrder("verdict", "failed_posed_share", failed_posed_share, "min_posed_share",
-             min_posed_share);
 }
 void VerdictOptions::Read(YamlSection section) {
   for (const auto& [key, limits] : kVerdictSections) (this->*limits).Read(section.Section(key));
-  kVerdict.Read(section, this);
+  kVerdict.Read(
+      section, this,
+      {"min_seen_right", "failed_restarts_a_minute", "min_posed_share", "failed_posed_share"});
 }
 
 VerdictOptions VerdictOptions::FromYaml(const std::string& path) {
-  return ReadConfigFile(path, [](YamlSection& root) {
+  return ReadConfigFile(path, ConfigOrigin::kUser, [](YamlSection& root) {
     VerdictOptions options;
     options.Read(root.Section("verdict"));
     options.Check();
@@ -192,13 +192,13 @@ void JudgeKeyframes(const OdometryRun& run, const VerdictOptions& options, Verdi
             options.keyframe_rate_hz, "a second", "a rate of keyframes", kCheckRemedy, verdict);
 }
 
-void JudgeStereo(const OdometryRun& run, const VerdictOptions& options, Verdict* verdict) {
+void JudgeStereo(const OdometryRun& run, Verdict* verdict) {
   const FigureSummary& seen = run.figures.seen_right;
   if (seen.count == 0 || run.method == MethodName(Method::kPointsMono)) return;
-  if (seen.mean >= options.min_seen_right) return;
+  if (seen.mean >= kMinSeenRight) return;
   verdict->Add({VerdictLevel::kDoubtful, "stereo",
                 fmt::format("{:.0f} % of the points in the right images", 100 * seen.mean),
-                fmt::format("at least {:.0f} %", 100 * options.min_seen_right),
+                fmt::format("at least {:.0f} %", 100 * kMinSeenRight),
                 std::string(kCheckRemedy) +
                     "; the right camera may be turned, swapped, out of step or covered"});
 }
@@ -208,11 +208,11 @@ int SegmentEnds(const std::vector<OnlineState>& states) {
   return states.empty() ? 0 : states.back().segment - states.front().segment;
 }
 
-void JudgeSegments(const OdometryRun& run, const VerdictOptions& options, Verdict* verdict) {
+void JudgeSegments(const OdometryRun& run, Verdict* verdict) {
   const int ends = SegmentEnds(run.states);
   if (ends == 0) return;
   const double minutes = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns) / 60;
-  const bool often = ends > options.failed_restarts_a_minute * std::max(minutes, 0.5);
+  const bool often = ends > kFailedRestartsAMinute * std::max(minutes, 0.5);
   std::string reasons,
       remedy = "record without gaps, with light and texture in view; where that is so, ";
   for (const auto& [kind, count] : run.warnings) {
@@ -239,12 +239,11 @@ void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* 
     return image.stamp_ns >= first_ns;
   });
   const double share = static_cast<double>(run.states.size()) / static_cast<double>(since);
-  if (!run.timings.real_time && share < options.min_posed_share) {
-    verdict->Add(
-        {share < options.failed_posed_share ? VerdictLevel::kFailed : VerdictLevel::kDoubtful,
-         "poses", fmt::format("a pose for {:.0f} % of the images", 100 * share),
-         fmt::format("at least {:.0f} %", 100 * options.min_posed_share),
-         "record without gaps, with light and texture in view"});
+  if (!run.timings.real_time && share < kMinPosedShare) {
+    verdict->Add({share < kFailedPosedShare ? VerdictLevel::kFailed : VerdictLevel::kDoubtful,
+                  "poses", fmt::format("a pose for {:.0f} % of the images", 100 * share),
+                  fmt::format("at least {:.0f} %", 100 * kMinPosedShare),
+                  "record without gaps, with light and texture in view"});
   }
   const double wait_s = ToSeconds(first_ns - images.front().stamp_ns);
   if (wait_s > options.max_start_s) {
@@ -305,8 +304,8 @@ Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options) {
   for (const JudgedFigure& figure : kFigures) JudgeFigure(figure, run.figures, options, &verdict);
   JudgeStates(run, options, &verdict);
   JudgeKeyframes(run, options, &verdict);
-  JudgeStereo(run, options, &verdict);
-  JudgeSegments(run, options, &verdict);
+  JudgeStereo(run, &verdict);
+  JudgeSegments(run, &verdict);
   JudgeCover(run, options, &verdict);
   return verdict;
 }

@@ -30,10 +30,6 @@ struct VerdictOptions {
   VerdictLimits accel_bias_m_s2{1, 2.4};
   VerdictLimits jump_m{0.2, 1};  // of an image's pose, besides its speed
   VerdictLimits keyframe_rate_hz{12, 100};
-  double min_seen_right = 0.25;  // of a keyframe's points; fewer are doubtful
-  double failed_restarts_a_minute = 6;
-  double min_posed_share = 0.9;  // of the images from the first pose on; less is doubtful
-  double failed_posed_share = 0.5;
   double max_start_s = 15;  // until the first pose
   void Check() const;
   void Read(YamlSection section);

@@ -6,6 +6,9 @@
 namespace slcmap::inline odometry {
 namespace {
 
+constexpr double kStartLines = 0.5;  // so many known lines weigh as much as the start
+constexpr int kProbeEvery = 4;
+
 constexpr size_t kMaxSamples = 1000;  // of the newest lines, two each
 // Squared deviations count at most as those of one standard deviation: there are lines that follow
 // no axis, and wrong matches. Of a normal distribution the mean is then:
@@ -36,7 +39,7 @@ std::vector<BuildingDeviation::Sample> BuildingDeviation::CollectSamples(
     const LineDeviation& line, double tie_sigma_rad) const {
   const Eigen::Vector2d own_rad = line.off_rad - line.shared_rad;
   // What the Cauchy loss leaves of the tie of a line that is far off.
-  const double loss_rad2 = options_.loss_sigma * options_.loss_sigma;
+  const double loss_rad2 = kDeviationLossSigma * kDeviationLossSigma;
   const double tie_rad2 = tie_sigma_rad * tie_sigma_rad + own_rad.squaredNorm() / loss_rad2;
   std::vector<Sample> samples;
   for (int i = 0; i < 2; ++i) {
@@ -68,7 +71,7 @@ void BuildingDeviation::Close(const std::unordered_set<int64_t>& ids) {
 }
 
 bool BuildingDeviation::TakesAsExact(int64_t id) const {
-  return IsTakenAsExact() && id % options_.probe_every != 0;
+  return IsTakenAsExact() && id % kProbeEvery != 0;
 }
 
 double BuildingDeviation::own_sigma_rad() const {
@@ -91,8 +94,8 @@ double BuildingDeviation::OfLine(int64_t id) const {
 double BuildingDeviation::Excess(double sigma_rad) const {
   const double sigma_rad2 = sigma_rad * sigma_rad;
   const double start_rad2 = options_.start_sigma_rad * options_.start_sigma_rad;
-  double excess = 2 * options_.start_lines * kMeanSquared *
-                  (std::min(start_rad2 / sigma_rad2, kMostOfStart) - 1);
+  double excess =
+      2 * kStartLines * kMeanSquared * (std::min(start_rad2 / sigma_rad2, kMostOfStart) - 1);
   const auto add = [&](const Sample& sample) {
     const double known = start_rad2 / (start_rad2 + sample.variance_rad2);
     const double squared = sample.squared_rad2 / (sigma_rad2 + sample.variance_rad2);

@@ -16,6 +16,11 @@
 
 namespace slcmap::inline odometry {
 
+// Lines so near each other share what they deviate by.
+inline constexpr double kSharedRadius_m = 3;
+// Of a line's deviation, where the Cauchy loss turns
+inline constexpr double kDeviationLossSigma = 2;
+
 // What is known of a line's direction across its axis, about either of the axes across it.
 struct LineDeviation {
   Eigen::Vector2d off_rad = Eigen::Vector2d::Zero();
@@ -56,7 +61,7 @@ class BuildingDeviation {
   double max_piece_m() const {
     return IsTakenAsExact() ? std::numeric_limits<double>::infinity() : options_.max_piece_m;
   }
-  double shared_radius_m() const { return options_.shared_radius_m; }
+  double shared_radius_m() const { return kSharedRadius_m; }
 
   // What a line that is new is to be tied with, beside what it shares; 0: it is exactly along its
   // axis. Ties that are as tight as an exact building's cost accuracy, since what images show of a

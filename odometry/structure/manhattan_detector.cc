@@ -9,6 +9,25 @@
 namespace slcmap::inline odometry {
 namespace {
 
+constexpr double kTiltSigma_rad = 0.003;     // of the camera's poses against the vertical
+constexpr double kFullWeight_px = 200;       // a longer segment counts as this long
+constexpr double kMinVerticalSigmas = 4;     // closer to the vertical than this it may be vertical
+constexpr double kMaxVoteSigma_rad = 0.035;  // of the heading that a segment says
+// The search.
+constexpr int kMemoryImages = 30;            // keyframes whose votes are taken together
+constexpr double kSearchStep_rad = 0.002;    // of the histogram
+constexpr double kSearchSigma_rad = 0.004;   // added to that of a vote
+constexpr double kMinSeparation_rad = 0.04;  // between headings
+// Closer to a heading, what is next to it are flanks of its own.
+constexpr double kRunnerUpSeparation_rad = 0.14;
+constexpr double kMinImageShare = 0.4;      // of the segments that vote, by length
+constexpr double kMinOverheadShare = 0.05;  // above the camera; less is nearly all below
+constexpr double kMaxRunnerUp = 0.6;        // share of the next best heading over its own
+constexpr double kMinOneAxisShare = 0.75;
+constexpr double kMinSpread = 0.45;  // 0: lines all to one side, 1: all around
+constexpr int kMinImagesOneAxis = 25;
+constexpr double kMaxRunnerUpOneAxis = 0.3;
+
 // What detectors and lenses leave uncorrected, however long the segment is.
 constexpr double kSystematicSigma_rad = 0.001;
 
@@ -65,8 +84,8 @@ std::optional<Vote> MakeVote(const ManhattanOptions& options, const Interpretati
                              double length_px) {
   if (length_px < options.min_length_px) return std::nullopt;
   const VanishingAngle to_vertical =
-      AngleToVanishingPoint(plane, Eigen::Vector3d::UnitZ(), options.tilt_sigma_rad);
-  if (to_vertical.angle_rad < options.min_vertical_sigmas * to_vertical.sigma_rad) {
+      AngleToVanishingPoint(plane, Eigen::Vector3d::UnitZ(), kTiltSigma_rad);
+  if (to_vertical.angle_rad < kMinVerticalSigmas * to_vertical.sigma_rad) {
     return std::nullopt;
   }
   const Eigen::Vector3d& n = plane.normal;
@@ -75,14 +94,14 @@ std::optional<Vote> MakeVote(const ManhattanOptions& options, const Interpretati
   // A turn of the plane about `middle` moves the normal along `along`; a tilt of the world moves it
   // along the heading by as much as the plane is level.
   const double turn_rad = plane.sigma_rad * std::abs(plane.along.dot(d)) / horizontal;
-  const double tilt_rad = options.tilt_sigma_rad * std::abs(n.z()) / horizontal;
+  const double tilt_rad = kTiltSigma_rad * std::abs(n.z()) / horizontal;
   Vote vote;
   vote.plane = plane;
   vote.sigma_rad = std::hypot(turn_rad, tilt_rad);
-  if (vote.sigma_rad > options.max_vote_sigma_rad) return std::nullopt;
+  if (vote.sigma_rad > kMaxVoteSigma_rad) return std::nullopt;
   vote.heading_rad =
       Wrap(std::atan2(d.y(), d.x()) - kQuarterTurn_rad, 2 * kQuarterTurn_rad) + kQuarterTurn_rad;
-  vote.weight_px = std::min(length_px, options.full_weight_px);
+  vote.weight_px = std::min(length_px, kFullWeight_px);
   vote.pencil_rad = std::atan2(horizontal, n.z());
   vote.above = plane.middle.z() > 0;
   return vote;
@@ -96,9 +115,9 @@ double Kernel(double sigmas, double max_sigmas) {
   return v * v;
 }
 
-double SigmasApart(const ManhattanOptions& options, const Vote& vote, double heading_rad) {
+double SigmasApart(const Vote& vote, double heading_rad) {
   return std::abs(Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad)) /
-         std::hypot(vote.sigma_rad, options.search_sigma_rad);
+         std::hypot(vote.sigma_rad, kSearchSigma_rad);
 }
 
 using Images = std::vector<std::vector<Vote>>;
@@ -110,10 +129,10 @@ struct Neighbourhood {
 // The weight of all votes by headings in steps of a quarter turn.
 class HeadingHistogram {
  public:
-  HeadingHistogram(const ManhattanOptions& options, const Images& images)
-      : bins_(static_cast<size_t>(std::ceil(kQuarterTurn_rad / options.search_step_rad)), 0.0) {
+  HeadingHistogram(const Images& images)
+      : bins_(static_cast<size_t>(std::ceil(kQuarterTurn_rad / kSearchStep_rad)), 0.0) {
     for (const auto& votes : images) {
-      for (const Vote& vote : votes) Add(options, vote);
+      for (const Vote& vote : votes) Add(vote);
     }
   }
 
@@ -137,15 +156,16 @@ class HeadingHistogram {
   }
 
  private:
-  void Add(const ManhattanOptions& options, const Vote& vote) {
+  void Add(const Vote& vote) {
     const double step_rad = kQuarterTurn_rad / static_cast<double>(bins_.size());
-    const double sigma_rad = std::hypot(vote.sigma_rad, options.search_sigma_rad);
-    const int reach = static_cast<int>(options.max_sigmas * sigma_rad / step_rad) + 1;
+    const double sigma_rad = std::hypot(vote.sigma_rad, kSearchSigma_rad);
+    const int reach = static_cast<int>(kMaxSigmasToDirection * sigma_rad / step_rad) + 1;
     const int centre = static_cast<int>(std::floor(vote.heading_rad / step_rad));
     const int count = static_cast<int>(bins_.size());
     for (int i = centre - reach; i <= centre + reach; ++i) {
       const double sigmas = std::abs(i * step_rad - vote.heading_rad) / sigma_rad;
-      bins_[((i % count) + count) % count] += vote.weight_px * Kernel(sigmas, options.max_sigmas);
+      bins_[((i % count) + count) % count] +=
+          vote.weight_px * Kernel(sigmas, kMaxSigmasToDirection);
     }
   }
 
@@ -155,8 +175,7 @@ class HeadingHistogram {
 // Least squares over the votes for a heading, reweighted; returns the standard deviation too. The
 // votes have to come within less than in the search, or objects that stand nearly along the
 // building turn it.
-std::pair<double, double> Refine(const ManhattanOptions& options, const Images& images,
-                                 double heading_rad) {
+std::pair<double, double> Refine(const Images& images, double heading_rad) {
   double information = 0;
   for (double narrowing = 1; narrowing > 0.3; narrowing *= 0.85) {
     double sum = 0;
@@ -164,8 +183,8 @@ std::pair<double, double> Refine(const ManhattanOptions& options, const Images& 
     for (const auto& votes : images) {
       for (const Vote& vote : votes) {
         const double apart_rad = Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad);
-        const double sigma_rad = std::hypot(vote.sigma_rad, options.search_sigma_rad);
-        const double w = Kernel(apart_rad / (narrowing * sigma_rad), options.max_sigmas) /
+        const double sigma_rad = std::hypot(vote.sigma_rad, kSearchSigma_rad);
+        const double w = Kernel(apart_rad / (narrowing * sigma_rad), kMaxSigmasToDirection) /
                          (sigma_rad * sigma_rad);
         sum += w * apart_rad;
         information += w;
@@ -199,7 +218,7 @@ struct Support {
   }
 };
 
-HeadingEvidence Weigh(const ManhattanOptions& options, const Images& images, double heading_rad) {
+HeadingEvidence Weigh(const Images& images, double heading_rad) {
   HeadingEvidence evidence;
   Support support;
   double all_px = 0;
@@ -208,11 +227,11 @@ HeadingEvidence Weigh(const ManhattanOptions& options, const Images& images, dou
     double image_px = 0;
     for (const Vote& vote : votes) {
       image_px += vote.weight_px;
-      const bool follows = SigmasApart(options, vote, heading_rad) < options.max_sigmas;
+      const bool follows = SigmasApart(vote, heading_rad) < kMaxSigmasToDirection;
       if (follows) support.Add(vote, heading_rad, vote.weight_px);
     }
     const double share = (support.length_px() - before_px) / std::max(image_px, 1e-9);
-    if (share >= options.min_image_share) ++evidence.images;
+    if (share >= kMinImageShare) ++evidence.images;
     all_px += image_px;
   }
   evidence.heading_rad = heading_rad;
@@ -242,7 +261,7 @@ std::vector<HeadingEvidence> ManhattanDetector::AddImage(const std::vector<LineS
     if (vote) votes.push_back(*vote);
   }
   images_.push_back(std::move(votes));
-  if (static_cast<int>(images_.size()) > options_.memory_images) images_.pop_front();
+  if (static_cast<int>(images_.size()) > kMemoryImages) images_.pop_front();
 
   std::vector<HeadingEvidence> found;
   const auto best = Best();
@@ -259,11 +278,11 @@ void ManhattanDetector::SetKnownHeadings(const std::vector<double>& headings_rad
 
 bool ManhattanDetector::IsKnown(const Vote& vote) const {
   const auto has_heading = [&](double heading_rad) {
-    return SigmasApart(options_, vote, heading_rad) < options_.max_sigmas;
+    return SigmasApart(vote, heading_rad) < kMaxSigmasToDirection;
   };
   const auto runs_along = [&](const Eigen::Vector3d& slope) {
-    const VanishingAngle v = AngleToVanishingPoint(vote.plane, slope, options_.tilt_sigma_rad);
-    return v.angle_rad < options_.max_sigmas * v.sigma_rad;
+    const VanishingAngle v = AngleToVanishingPoint(vote.plane, slope, kTiltSigma_rad);
+    return v.angle_rad < kMaxSigmasToDirection * v.sigma_rad;
   };
   return std::ranges::any_of(known_headings_rad_, has_heading) ||
          std::ranges::any_of(known_slopes_world_, runs_along);
@@ -277,17 +296,17 @@ std::optional<HeadingEvidence> ManhattanDetector::Best() const {
       if (!IsKnown(vote)) left_over.push_back(vote);
     }
   }
-  const HeadingHistogram histogram(options_, unexplained);
+  const HeadingHistogram histogram(unexplained);
   std::vector<Neighbourhood> others;
   for (const double known_rad : known_headings_rad_) {
-    others.push_back({known_rad, options_.min_separation_rad});
+    others.push_back({known_rad, kMinSeparation_rad});
   }
   const auto bin = histogram.Heaviest(others);
   if (!bin) return std::nullopt;
-  const auto [heading_rad, sigma_rad] = Refine(options_, unexplained, histogram.GetHeading(*bin));
-  HeadingEvidence evidence = Weigh(options_, unexplained, heading_rad);
-  evidence.sigma_rad = std::hypot(sigma_rad, options_.tilt_sigma_rad);
-  others.push_back({heading_rad, options_.runner_up_separation_rad});
+  const auto [heading_rad, sigma_rad] = Refine(unexplained, histogram.GetHeading(*bin));
+  HeadingEvidence evidence = Weigh(unexplained, heading_rad);
+  evidence.sigma_rad = std::hypot(sigma_rad, kTiltSigma_rad);
+  others.push_back({heading_rad, kRunnerUpSeparation_rad});
   const auto runner_up = histogram.Heaviest(others);
   if (runner_up) {
     evidence.runner_up_share =
@@ -297,17 +316,17 @@ std::optional<HeadingEvidence> ManhattanDetector::Best() const {
 }
 
 bool ManhattanDetector::IsCertain(const HeadingEvidence& e) const {
-  const bool overhead = e.overhead_share >= options_.min_overhead_share;
+  const bool overhead = e.overhead_share >= kMinOverheadShare;
   if (e.images < (overhead ? options_.min_images : options_.min_images_below) ||
       e.mean_length_px < options_.min_mean_length_px) {
     return false;
   }
-  if (e.runner_up_share > options_.max_runner_up * e.share) return false;
+  if (e.runner_up_share > kMaxRunnerUp * e.share) return false;
   const bool both_axes = e.share >= options_.min_share && e.minor_share >= options_.min_minor_share;
-  const bool all_around = e.share >= options_.min_one_axis_share && e.spread >= options_.min_spread;
-  const bool lasting = known_headings_rad_.empty() && overhead &&
-                       e.images >= options_.min_images_one_axis && e.share >= options_.min_share &&
-                       e.runner_up_share <= options_.max_runner_up_one_axis * e.share;
+  const bool all_around = e.share >= kMinOneAxisShare && e.spread >= kMinSpread;
+  const bool lasting = known_headings_rad_.empty() && overhead && e.images >= kMinImagesOneAxis &&
+                       e.share >= options_.min_share &&
+                       e.runner_up_share <= kMaxRunnerUpOneAxis * e.share;
   return both_axes || all_around || lasting;
 }
 
@@ -345,8 +364,8 @@ std::optional<LineClass> LineClassifier::Classify(
     const VanishingAngle v =
         AngleToVanishingPoint(plane, direction.d_world, options_.direction_sigma_rad);
     const double sigmas = v.angle_rad / v.sigma_rad;
-    if (sigmas < options_.min_other_sigmas) ++possible;
-    if (sigmas > options_.max_sigmas || v.angle_rad > options_.max_angle_rad) continue;
+    if (sigmas < kMinSigmasToOthers) ++possible;
+    if (sigmas > kMaxSigmasToDirection || v.angle_rad > kMaxAngleToDirection_rad) continue;
     if (sigmas >= best_sigmas) continue;
     best = direction.line_class;
     best_sigmas = sigmas;

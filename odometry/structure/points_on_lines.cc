@@ -6,6 +6,13 @@
 namespace slcmap::inline odometry {
 namespace {
 
+constexpr double kMaxDistance_px = 1.2;    // across the line, in both images
+constexpr double kMinApart_px = 2.0;       // farther away, a point is not on the line
+constexpr double kMaxBeyond_px = 8;        // along the line, from its nearer end
+constexpr double kMinCrossing_rad = 0.35;  // between lines that share a point
+constexpr int kMaxUnseenKeyframes = 20;    // then a candidate is forgotten
+constexpr double kArea_px = 48;  // side of the areas that points and lines are sorted into
+
 enum class Alignment { kOn, kOff, kUnclear };
 
 struct SegmentOffset {
@@ -21,21 +28,19 @@ SegmentOffset FindPlace(const Eigen::Vector2d& point, const LineSegment& segment
           std::max({0.0, -along, along - segment.Length()})};
 }
 
-Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
-                            const LineSegment& segment) {
+Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& segment) {
   const SegmentOffset place = FindPlace(point, segment);
-  if (place.beyond_px > options.max_beyond_px) return Alignment::kUnclear;
-  if (place.across_px > options.min_apart_px) return Alignment::kOff;
-  return place.across_px <= options.max_distance_px ? Alignment::kOn : Alignment::kUnclear;
+  if (place.beyond_px > kMaxBeyond_px) return Alignment::kUnclear;
+  if (place.across_px > kMinApart_px) return Alignment::kOff;
+  return place.across_px <= kMaxDistance_px ? Alignment::kOn : Alignment::kUnclear;
 }
 
 // In both images; what one of them did not see is unclear.
-Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const PointObservation& point,
-                            const LineObservation& line) {
-  const Alignment left = ClassifyAlignment(options, point.left_px, line.left_px);
+Alignment ClassifyAlignment(const PointObservation& point, const LineObservation& line) {
+  const Alignment left = ClassifyAlignment(point.left_px, line.left_px);
   if (!point.right_px || !line.right_px)
     return left == Alignment::kOff ? left : Alignment::kUnclear;
-  const Alignment right = ClassifyAlignment(options, *point.right_px, *line.right_px);
+  const Alignment right = ClassifyAlignment(*point.right_px, *line.right_px);
   if (left == Alignment::kOff || right == Alignment::kOff) return Alignment::kOff;
   return left == right ? left : Alignment::kUnclear;
 }
@@ -43,9 +48,8 @@ Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const PointObse
 // Lines by areas of the left image.
 class Areas {
  public:
-  Areas(const PointsOnLinesOptions& options, const std::vector<LineObservation>& lines)
-      : side_px_(options.area_px) {
-    const double reach_px = std::max(options.max_distance_px, options.max_beyond_px);
+  Areas(const std::vector<LineObservation>& lines) : side_px_(kArea_px) {
+    const double reach_px = std::max(kMaxDistance_px, kMaxBeyond_px);
     for (size_t i = 0; i < lines.size(); ++i) Add(lines[i].left_px, reach_px, i);
   }
 
@@ -131,16 +135,16 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
                                 const std::vector<LineObservation>& lines) {
   ++keyframe_;
   BreakApart(points, lines);
-  const Areas areas(options_, lines);
+  const Areas areas(lines);
   for (const PointObservation& point : points) {
     std::vector<Candidate> candidates;
     for (const size_t index : areas.LinesNear(point.left_px)) {
       const LineObservation& line = lines[index];
-      if (ClassifyAlignment(options_, point, line) != Alignment::kOn) continue;
+      if (ClassifyAlignment(point, line) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
                             FindPlace(point.left_px, line.left_px).across_px});
     }
-    for (const Candidate& c : WithoutRivals(std::move(candidates), options_.min_crossing_rad)) {
+    for (const Candidate& c : WithoutRivals(std::move(candidates), kMinCrossing_rad)) {
       Count({point.id, c.line->id});
     }
   }
@@ -155,7 +159,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const PointObservation* point = Find(points_by_id, it->first.point_id);
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
-                       ClassifyAlignment(options_, *point, *line) == Alignment::kOff;
+                       ClassifyAlignment(*point, *line) == Alignment::kOff;
     if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }
@@ -170,7 +174,7 @@ void PointsOnLines::Count(const PointOnLine& pair) {
 
 void PointsOnLines::RemoveUnseen() {
   std::erase_if(records_, [&](const auto& entry) {
-    return keyframe_ - entry.second.last_keyframe > options_.max_unseen_keyframes &&
+    return keyframe_ - entry.second.last_keyframe > kMaxUnseenKeyframes &&
            verified_.count(entry.first) == 0;
   });
 }

@@ -14,6 +14,18 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// Which lines vote: as their own observations have them.
+constexpr double kMinLength_m = 0.7;        // crates that lie about are shorter
+constexpr double kMaxLineSigma_rad = 0.02;  // of its direction
+// From the vertical, the level, the axes of the building and other slopes, and at least so many
+// standard deviations.
+constexpr double kSlopeMinSeparation_rad = 0.05;
+constexpr int kMemoryKeyframes = 30;  // a line is remembered so long since it was last seen
+constexpr int kMinObjects = 3;        // that they belong to, and
+// these are so far from each other: a box has edges all around
+constexpr double kMinApart_m = 0.25;
+constexpr double kMaxSigma_rad = 0.01;
+
 // A line's direction across a slope, and its covariance there.
 struct Across {
   Vector2d off_rad;
@@ -46,26 +58,24 @@ int CountObjects(const std::vector<const FreeLine*>& lines, const SlopeBlock& sl
   return static_cast<int>(objects.size());
 }
 
-std::vector<const FreeLine*> FindFollowers(const SlopeOptions& options,
-                                           const std::vector<const FreeLine*>& lines,
+std::vector<const FreeLine*> FindFollowers(const std::vector<const FreeLine*>& lines,
                                            const SlopeBlock& slope) {
   const Vector3d direction = SlopeDirection(slope.data());
-  const double least_cosine = std::cos(options.max_angle_rad);
+  const double least_cosine = std::cos(kMaxAngleToDirection_rad);
   std::vector<const FreeLine*> followers;
   for (const FreeLine* line : lines) {
     if (std::abs(line->direction_world.dot(direction)) < least_cosine) continue;
-    const auto off = SquaredSigmasOff(options, *line, slope, options.search_sigma_rad);
-    if (off && *off <= options.max_sigmas * options.max_sigmas) followers.push_back(line);
+    const auto off = SquaredSigmasOff(*line, slope, kSlopeSearchSigma_rad);
+    if (off && *off <= kMaxSigmasToDirection * kMaxSigmasToDirection) followers.push_back(line);
   }
   return followers;
 }
 
 // The weighted mean of the directions of lines, and its standard deviation.
-double ComputeMean(const SlopeOptions& options, const std::vector<const FreeLine*>& lines,
-                   SlopeBlock* slope) {
+double ComputeMean(const std::vector<const FreeLine*>& lines, SlopeBlock* slope) {
   Matrix2d information = Matrix2d::Zero();
   Vector2d sum = Vector2d::Zero();
-  const Matrix2d own = options.search_sigma_rad * options.search_sigma_rad * Matrix2d::Identity();
+  const Matrix2d own = kSlopeSearchSigma_rad * kSlopeSearchSigma_rad * Matrix2d::Identity();
   for (const FreeLine* line : lines) {
     const Across across = AcrossSlope(*line, *slope);
     const Matrix2d weight = (across.covariance_rad2 + own).inverse();
@@ -80,11 +90,12 @@ double ComputeMean(const SlopeOptions& options, const std::vector<const FreeLine
 
 }  // namespace
 
-std::optional<double> SquaredSigmasOff(const SlopeOptions& options, const FreeLine& line,
-                                       const SlopeBlock& slope, double deviation_sigma_rad) {
+std::optional<double> SquaredSigmasOff(const FreeLine& line, const SlopeBlock& slope,
+                                       double deviation_sigma_rad) {
   const Across across = AcrossSlope(line, slope);
-  if (LineAngle_rad(line.direction_world, SlopeDirection(slope.data())) > options.max_angle_rad ||
-      LargestSigma(across.covariance_rad2) > options.max_line_sigma_rad) {
+  if (LineAngle_rad(line.direction_world, SlopeDirection(slope.data())) >
+          kMaxAngleToDirection_rad ||
+      LargestSigma(across.covariance_rad2) > kMaxLineSigma_rad) {
     return std::nullopt;
   }
   const Matrix2d covariance =
@@ -92,13 +103,12 @@ std::optional<double> SquaredSigmasOff(const SlopeOptions& options, const FreeLi
   return across.off_rad.dot(covariance.ldlt().solve(across.off_rad));
 }
 
-bool MaySlope(const SlopeOptions& options, const FreeLine& line,
-              const std::vector<Vector3d>& axes_world, const std::vector<SlopeBlock>& slopes) {
+bool MaySlope(const FreeLine& line, const std::vector<Vector3d>& axes_world,
+              const std::vector<SlopeBlock>& slopes) {
   const SlopeBlock own = MakeSlope(line.direction_world);
   const double sigma_rad = LargestSigma(AcrossSlope(line, own).covariance_rad2);
-  const double apart_rad =
-      std::max(options.min_separation_rad, options.min_other_sigmas * sigma_rad);
-  if (sigma_rad > options.max_line_sigma_rad || own[1] < apart_rad) return false;
+  const double apart_rad = std::max(kSlopeMinSeparation_rad, kMinSigmasToOthers * sigma_rad);
+  if (sigma_rad > kMaxLineSigma_rad || own[1] < apart_rad) return false;
   const auto is_other = [&](const Vector3d& known) {
     return LineAngle_rad(line.direction_world, known) >= apart_rad;
   };
@@ -116,12 +126,11 @@ std::optional<SlopeEvidence> SlopeDetector::AddKeyframe(const std::vector<FreeLi
   ++keyframes_;
   for (const FreeLine& line : lines) lines_[line.id] = {line, keyframes_};
   std::erase_if(lines_, [&](const auto& entry) {
-    return entry.second.keyframe <= keyframes_ - options_.memory_keyframes;
+    return entry.second.keyframe <= keyframes_ - kMemoryKeyframes;
   });
   const auto best = Best(axes_world, slopes);
-  const bool certain = best && best->lines >= options_.min_lines &&
-                       best->objects >= options_.min_objects &&
-                       best->sigma_rad <= options_.max_sigma_rad;
+  const bool certain = best && best->lines >= options_.min_lines && best->objects >= kMinObjects &&
+                       best->sigma_rad <= kMaxSigma_rad;
   return certain ? best : std::nullopt;
 }
 
@@ -130,20 +139,20 @@ std::optional<SlopeEvidence> SlopeDetector::Best(const std::vector<Vector3d>& ax
   std::vector<const FreeLine*> candidates;
   for (const auto& [id, remembered] : lines_) {
     const FreeLine& line = remembered.line;
-    if (line.length_m < options_.min_length_m) continue;
-    if (MaySlope(options_, line, axes_world, slopes)) candidates.push_back(&line);
+    if (line.length_m < kMinLength_m) continue;
+    if (MaySlope(line, axes_world, slopes)) candidates.push_back(&line);
   }
   std::optional<SlopeEvidence> best;
   for (const FreeLine* seed : candidates) {
     SlopeEvidence evidence{MakeSlope(seed->direction_world), 0, 0, 0};
     std::vector<const FreeLine*> followers;
     for (int i = 0; i < 3; ++i) {
-      followers = FindFollowers(options_, candidates, evidence.angles_rad);
+      followers = FindFollowers(candidates, evidence.angles_rad);
       if (followers.empty()) break;
-      evidence.sigma_rad = ComputeMean(options_, followers, &evidence.angles_rad);
+      evidence.sigma_rad = ComputeMean(followers, &evidence.angles_rad);
     }
     evidence.lines = static_cast<int>(followers.size());
-    evidence.objects = CountObjects(followers, evidence.angles_rad, options_.min_apart_m);
+    evidence.objects = CountObjects(followers, evidence.angles_rad, kMinApart_m);
     if (!best ||
         std::pair(evidence.objects, evidence.lines) > std::pair(best->objects, best->lines)) {
       best = evidence;

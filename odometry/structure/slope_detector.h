@@ -13,6 +13,9 @@
 
 namespace slcmap::inline odometry {
 
+// Of lines' own deviation from what they share.
+inline constexpr double kSlopeSearchSigma_rad = 0.005;
+
 // A line that follows no direction of the building, as its own observations have it.
 struct FreeLine {
   int64_t id = 0;
@@ -63,13 +66,12 @@ class SlopeDetector {
 // How far a line is off a slope, squared in standard deviations, when it is off by
 // deviation_sigma_rad by itself; nothing where the angle is above the limit or the line so
 // uncertain that it tells nothing.
-std::optional<double> SquaredSigmasOff(const SlopeOptions& options, const FreeLine& line,
-                                       const SlopeBlock& slope, double deviation_sigma_rad);
+std::optional<double> SquaredSigmasOff(const FreeLine& line, const SlopeBlock& slope,
+                                       double deviation_sigma_rad);
 
 // Whether a line is known well enough, and known to be far from level and vertical, from the
 // building's axes and from slopes.
-bool MaySlope(const SlopeOptions& options, const FreeLine& line,
-              const std::vector<Eigen::Vector3d>& axes_world,
+bool MaySlope(const FreeLine& line, const std::vector<Eigen::Vector3d>& axes_world,
               const std::vector<SlopeBlock>& slopes);
 
 }  // namespace slcmap::odometry

@@ -19,6 +19,16 @@ using Eigen::Vector3d;
 
 namespace {
 
+// Where a keyframe has fewer points than this share of PointTrackerOptions::max_points, they are
+// averaged over more keyframes: at least one in sparse_interval_s.
+constexpr double kSparseShare = 0.7;
+constexpr double kSparseInterval_s = 0.25;
+constexpr double kStillParallax_px = 1.0;     // with the rotation: below it the rig does not move
+constexpr double kMaxStillRate_rad_s = 0.05;  // mean, without bias: above it the rig turns
+constexpr double kMaxGyroBias_rad_s = 0.5;
+constexpr double kMaxAccelBias_m_s2 = 2.5;
+constexpr double kMaxImuGap_s = 0.3;  // a longer one starts a new segment
+
 constexpr double kReportEvery_s = 2.0;  // failed attempts at initialisation are reported this often
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
 constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
@@ -43,10 +53,10 @@ std::string FindImpossible(const OnlineState& state, const FailureOptions& limit
                       state.accel_bias_m_s2.allFinite();
   if (!finite) return "the optimisation diverged";
   if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
-  if (state.gyro_bias_rad_s.norm() > limits.max_gyro_bias_rad_s) {
+  if (state.gyro_bias_rad_s.norm() > kMaxGyroBias_rad_s) {
     return "an impossible gyroscope bias";
   }
-  if (state.accel_bias_m_s2.norm() > limits.max_accel_bias_m_s2) {
+  if (state.accel_bias_m_s2.norm() > kMaxAccelBias_m_s2) {
     return "an impossible accelerometer bias";
   }
   return {};
@@ -129,7 +139,7 @@ std::optional<OnlineState> Estimator::CheckGaps(int64_t stamp_ns) {
 
 std::string Estimator::FindGap(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return {};
-  if (imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
+  if (imu_.LongestGap(*last_stamp_ns_, stamp_ns) > kMaxImuGap_s) {
     return "a gap in the IMU samples, or a clock set to another time";
   }
   if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
@@ -145,14 +155,12 @@ bool Estimator::RestsUntil(int64_t stamp_ns) const {
   if (samples.empty()) return true;
   const ImuSpread gyro = ComputeSpread(samples, &ImuSample::angular_velocity_rad_s);
   const ImuSpread accel = ComputeSpread(samples, &ImuSample::specific_force_m_s2);
-  if (gyro.sigma > options_.initializer.max_still_gyro_sigma_rad_s ||
-      accel.sigma > options_.initializer.max_still_accel_sigma_m_s2) {
+  if (gyro.sigma > kStartMaxStillGyroSigma_rad_s || accel.sigma > kStartMaxStillAccelSigma_m_s2) {
     return false;
   }
   // Before initialisation neither the gyroscope's bias nor the speed is known.
-  return window_.empty() ||
-         (last_speed_m_s_ < kMaxRestSpeed_m_s &&
-          (gyro.mean - gyro_bias_rad_s_).norm() < options_.keyframes.max_still_rate_rad_s);
+  return window_.empty() || (last_speed_m_s_ < kMaxRestSpeed_m_s &&
+                             (gyro.mean - gyro_bias_rad_s_).norm() < kMaxStillRate_rad_s);
 }
 
 Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
@@ -405,8 +413,7 @@ bool Estimator::StandsStill(const FrameState& frame) const {
       LogRotation(imu.CorrectedFor(last.gyro_bias(), last.accel_bias()).rotation).norm();
   return flow.points >= options_.failure.min_points &&
          ToSeconds(frame.stamp_ns - last.stamp_ns) >= kMinTime_s &&
-         turned_rad < options_.keyframes.max_still_rate_rad_s * imu.duration_s() &&
-         flow.median_px < options_.keyframes.still_parallax_px;
+         turned_rad < kMaxStillRate_rad_s * imu.duration_s() && flow.median_px < kStillParallax_px;
 }
 
 // Whether images that stand still belie the IMU: since a rest it felt an acceleration, by which the
@@ -430,7 +437,7 @@ bool Estimator::ViewIsCarried(const FrameState& frame) const {
   const Vector3d gravity_m_s2 = R_world_imu.conjugate() * Vector3d(0, 0, -kGravity_m_s2);
   const double gained_m_s = (felt.velocity_m_s + gravity_m_s2 * time_s).norm();
   const double moved_m = (felt.position_m + 0.5 * gravity_m_s2 * time_s * time_s).norm();
-  return gained_m_s > options_.initializer.max_still_accel_sigma_m_s2 * time_s &&
+  return gained_m_s > kStartMaxStillAccelSigma_m_s2 * time_s &&
          rig_.cameras[0].fx_px * *middle * moved_m > kMinMoved_px * baseline_m.norm();
 }
 
@@ -449,9 +456,9 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
   if (frame.stands_still) return BeginsRest(frame);
   const Flow flow =
       MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
-  const bool sparse = points.True() < limits.sparse_share * options_.points.max_points;
+  const bool sparse = points.True() < kSparseShare * options_.points.max_points;
   const double max_interval_s =
-      sparse ? std::min(limits.sparse_interval_s, limits.max_interval_s) : limits.max_interval_s;
+      sparse ? std::min(kSparseInterval_s, limits.max_interval_s) : limits.max_interval_s;
   return flow.median_px > limits.min_parallax_px ||
          ToSeconds(frame.stamp_ns - last.stamp_ns) > max_interval_s;
 }

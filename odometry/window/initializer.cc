@@ -15,6 +15,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+constexpr double kMaxStillFlow_px = 1.0;  // at rest: median motion of the points over the window
+constexpr double kMaxGravityError_m_s2 = 1.0;  // in motion: of the estimated gravity's size
+
 constexpr int kMotionRounds = 2;
 constexpr int kMaxMotionRounds = 5;  // where the time offset has not settled
 constexpr int64_t kOffsetSettled_ns = 1'000'000;
@@ -106,7 +109,7 @@ Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
 }
 
 Initializer::Initializer(const InitializerOptions& options, const Rig& rectified_rig)
-    : options_(options), window_s_(options.window_s), rig_(rectified_rig) {}
+    : options_(options), window_s_(kStartWindow_s), rig_(rectified_rig) {}
 
 void Initializer::AddFrame(std::unique_ptr<FrameState> frame) {
   if (frames_.empty()) frame->from_previous.reset();
@@ -128,7 +131,7 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   if (flow.points < needed) {
     result.report = fmt::format("not initialised: {} points seen throughout (at least {})",
                                 flow.points, needed);
-  } else if (flow.median_px <= options_.max_still_flow_px) {
+  } else if (flow.median_px <= kMaxStillFlow_px) {
     result = TryAtRest(start, window);
   } else if (HasOneCamera(frames_) && Span_s() < kShortestOfOneCamera_s) {
     result.report =
@@ -137,8 +140,8 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   } else {
     result = TryInMotion(start, imu, window);
   }
-  result.report += fmt::format("; flow {:.2f} px (at rest: at most {:.2f})", flow.median_px,
-                               options_.max_still_flow_px);
+  result.report +=
+      fmt::format("; flow {:.2f} px (at rest: at most {:.2f})", flow.median_px, kMaxStillFlow_px);
   if (!result.success) RemoveOldest();
   return result;
 }
@@ -153,7 +156,7 @@ void Initializer::RemoveOldest() {
     window_s_ = Span_s() + kGrows_s;
     return;
   }
-  window_s_ = options_.window_s;
+  window_s_ = kStartWindow_s;
   const size_t count = std::max<size_t>(1, frames_.size() / 4);
   frames_.erase(frames_.begin(), frames_.begin() + static_cast<long>(count));
   if (!frames_.empty()) frames_.front()->from_previous.reset();
@@ -167,15 +170,14 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
   const double gravity_error = std::abs(accel.mean.norm() - kGravity_m_s2);
   InitializationResult result;
   result.at_rest = true;
-  result.success = gyro.sigma <= options_.max_still_gyro_sigma_rad_s &&
-                   accel.sigma <= options_.max_still_accel_sigma_m_s2 &&
-                   gravity_error <= options_.max_gravity_error_m_s2;
+  result.success = gyro.sigma <= kStartMaxStillGyroSigma_rad_s &&
+                   accel.sigma <= kStartMaxStillAccelSigma_m_s2 &&
+                   gravity_error <= kMaxGravityError_m_s2;
   result.report = fmt::format(
       "{} at rest: deviation of the gyroscope {:.4f} rad/s (at most {:.4f}), of the accelerometer "
       "{:.3f} m/s^2 (at most {:.3f}), gravity off by {:.3f} m/s^2 (at most {:.3f})",
-      result.success ? "initialised" : "not initialised", gyro.sigma,
-      options_.max_still_gyro_sigma_rad_s, accel.sigma, options_.max_still_accel_sigma_m_s2,
-      gravity_error, options_.max_gravity_error_m_s2);
+      result.success ? "initialised" : "not initialised", gyro.sigma, kStartMaxStillGyroSigma_rad_s,
+      accel.sigma, kStartMaxStillAccelSigma_m_s2, gravity_error, kMaxGravityError_m_s2);
   if (!result.success) return result;
   std::vector<std::unique_ptr<FrameState>> first;
   first.push_back(std::move(frames_.back()));
@@ -280,14 +282,13 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     settled = std::abs(offset_ns - frames_.back()->cut.offset_ns) < kOffsetSettled_ns;
     if (!settled) CutAgain(imu, offset_ns);
   }
-  result.success = gravity_error <= options_.max_gravity_error_m_s2 &&
+  result.success = gravity_error <= kMaxGravityError_m_s2 &&
                    rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;
   result.report = fmt::format(
       "{} in motion: gravity off by {:.3f} m/s^2 (at most {:.3f}), reprojection RMS {:.2f} sigma "
       "(at most {:.2f}), {} points (at least {})",
-      result.success ? "initialised" : "not initialised", gravity_error,
-      options_.max_gravity_error_m_s2, rms, options_.max_reprojection_sigma, landmarks,
-      options_.min_points);
+      result.success ? "initialised" : "not initialised", gravity_error, kMaxGravityError_m_s2, rms,
+      options_.max_reprojection_sigma, landmarks, options_.min_points);
   if (result.success) {
     frames_.clear();
   } else {

@@ -43,7 +43,7 @@ class Initializer {
 
   void Reset() {
     frames_.clear();
-    window_s_ = options_.window_s;
+    window_s_ = kStartWindow_s;
   }
   size_t size() const { return frames_.size(); }
 

@@ -16,6 +16,16 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kMinKeyframes = 2;  // keyframes that saw a line before it is estimated
+// Two lines of one axis are one where their distance is within so many standard deviations of
+// their places against each other, or below a least distance (conditional covariances make little
+// of what the lines share with the poses), and never above the largest: jambs of doors are 5 to
+// 8 cm wide.
+constexpr double kMergeSigmas = 3;
+constexpr double kMinMergeDistance_m = 0.015;
+constexpr double kMaxMergeDistance_m = 0.04;
+constexpr double kMaxApartSigmas = 10;  // of sigma_px: seen side by side in one image they are two
+
 // What all observations of the line agree on; nothing where they do not.
 std::optional<LineClass> AgreedClass(const LineLandmark& line,
                                      const std::vector<std::optional<double>>& headings,
@@ -161,8 +171,8 @@ bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart
 
 // Whether two lines of the same class are the same edge: their distance is what the uncertainty of
 // their places may be taken for, and they have a part in common.
-bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const LineLandmark& b,
-                const CostModel& model, const Prior& prior) {
+bool IsSameEdge(const LineLandmark& a, const LineLandmark& b, const CostModel& model,
+                const Prior& prior) {
   const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
   // Those that were estimated before they followed a slope may run either way.
   if (in_a.direction_world.dot(in_b.direction_world) < 0) return false;
@@ -173,13 +183,13 @@ bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const
   const Vector3d middle = in_a.point_world + 0.5 * (from_m + to_m) * in_a.direction_world;
   const Vector3d apart = NearestOn(in_b, middle) - middle;
   const double distance_m = apart.norm();
-  if (distance_m > options.max_merge_distance_m) return false;
-  if (AreSeenApart(a, b, options.max_apart_sigmas / model.lines.weight)) return false;
-  if (distance_m <= options.min_merge_distance_m) return true;
+  if (distance_m > kMaxMergeDistance_m) return false;
+  if (AreSeenApart(a, b, kMaxApartSigmas / model.lines.weight)) return false;
+  if (distance_m <= kMinMergeDistance_m) return true;
   const Eigen::Matrix3d covariance_m2 = ConditionalCovarianceAcross(a, middle, model, prior) +
                                         ConditionalCovarianceAcross(b, middle, model, prior);
   const double sigma_m = std::sqrt(apart.dot(covariance_m2 * apart)) / distance_m;
-  return distance_m <= options.merge_sigmas * sigma_m;
+  return distance_m <= kMergeSigmas * sigma_m;
 }
 
 // The older line takes over the observations of frames in which it was not seen itself, how far it
@@ -253,7 +263,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   const std::vector<std::optional<double>> headings = CollectHeadings(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
-    if (static_cast<int>(line.frames.size()) < options.min_keyframes) continue;
+    if (static_cast<int>(line.frames.size()) < kMinKeyframes) continue;
     if (!options.anchor_at_origin) {
       line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
     }
@@ -267,7 +277,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
       line.estimated =
           EstimateStructural(options, memberships.CollectPoints(id), model, *window, &line);
     } else if (kinds.general &&
-               static_cast<int>(line.frames.size()) >= options.min_general_keyframes) {
+               static_cast<int>(line.frames.size()) >= kLandmarkMinGeneralKeyframes) {
       line.estimated = EstimateGeneral(options, model, &line);
     }
     if (line.estimated) continue;
@@ -327,16 +337,16 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
   return outliers;
 }
 
-std::unordered_set<int64_t> RejectHeadings(const ManhattanOptions& options, WindowState* window) {
+std::unordered_set<int64_t> RejectHeadings(WindowState* window) {
   const auto name = [](const HeadingState& heading) {
     return fmt::format("Manhattan world {}, heading {:.2f} degrees", heading.world,
                        heading.heading_rad[0] * 180 / M_PI);
   };
-  return RejectFollowed(options, &LineLandmark::heading, &window->headings, name, window);
+  return RejectFollowed(kMinGivenUpOfHeading, &LineLandmark::heading, &window->headings, name,
+                        window);
 }
 
-std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
-                                      WindowState* window) {
+std::map<int64_t, int64_t> MergeLines(const CostModel& model, WindowState* window) {
   std::map<int64_t, int64_t> merged;
   const auto mergeable = [](const LineLandmark& line) {
     return line.estimated && !line.retired && !line.finished && line.IsStructural() &&
@@ -347,7 +357,7 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const 
     for (auto b = std::next(a); b != window->lines.end(); ++b) {
       if (!mergeable(b->second) || a->second.axis != b->second.axis ||
           a->second.heading != b->second.heading || a->second.slope != b->second.slope ||
-          !IsSameEdge(options, a->second, b->second, model, window->prior)) {
+          !IsSameEdge(a->second, b->second, model, window->prior)) {
         continue;
       }
       TakeOver(&a->second, &b->second);

@@ -75,12 +75,11 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
 
 // Withdraws the headings most of whose lines were given up, and retires the rest of these lines.
 // Returns the ids of these.
-std::unordered_set<int64_t> RejectHeadings(const ManhattanOptions& options, WindowState* window);
+std::unordered_set<int64_t> RejectHeadings(WindowState* window);
 
 // Retires lines that are the same edge as an older one, which takes over their observations.
 // Returns the ids of those retired, each with that of the older line.
-std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
-                                      WindowState* window);
+std::map<int64_t, int64_t> MergeLines(const CostModel& model, WindowState* window);
 
 // Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);
@@ -92,11 +91,16 @@ Eigen::Vector3d ComputeMiddle(const LineLandmark& line);
 // covariance is to be set.
 Line Describe(const LineLandmark& line);
 
+// A heading or a slope is withdrawn when so many lines, and this share of all that were taken to
+// follow it, turned out not to.
+inline constexpr int kMinGivenUpOfHeading = 8, kMinGivenUpOfSlope = 4;
+inline constexpr double kMaxGivenUpShare = 0.7;
+
 // Withdraws those of the window's headings or slopes that most of their lines were given up for,
 // and retires the rest of these lines. `followed` is what of a line names the one that it follows,
 // `name` what the log calls one. Returns the ids of the retired lines.
-template <typename Options, typename State, typename States, typename Name>
-std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLandmark::*followed,
+template <typename State, typename States, typename Name>
+std::unordered_set<int64_t> RejectFollowed(int min_given_up, State* LineLandmark::*followed,
                                            States* states, const Name& name, WindowState* window) {
   std::map<const State*, std::vector<LineLandmark*>> followers;
   for (auto& [id, line] : window->lines) {
@@ -107,8 +111,7 @@ std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLa
   for (State& state : *states) {
     const int given_up = state.lines_given_up;
     const int all = state.lines_kept + given_up + static_cast<int>(followers[&state].size());
-    if (state.withdrawn || given_up < options.min_given_up ||
-        given_up < options.max_given_up_share * all) {
+    if (state.withdrawn || given_up < min_given_up || given_up < kMaxGivenUpShare * all) {
       continue;
     }
     spdlog::warn("withdrew {}: {} of {} lines are off it", name(state), given_up, all);

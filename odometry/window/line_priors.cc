@@ -204,13 +204,12 @@ std::optional<FittedLine> FitFreeLine(const LineLandmarkOptions& options, const 
 }
 
 // The slope that a line follows; nothing where it follows none.
-SlopeState* SlopeOfLine(const SlopeOptions& options, const FreeLine& line, double deviation_rad,
-                        WindowState* window) {
+SlopeState* SlopeOfLine(const FreeLine& line, double deviation_rad, WindowState* window) {
   SlopeState* best = nullptr;
-  double least = options.max_sigmas * options.max_sigmas;
+  double least = kMaxSigmasToDirection * kMaxSigmasToDirection;
   for (SlopeState& slope : window->slopes) {
     if (slope.withdrawn) continue;
-    const auto off = SquaredSigmasOff(options, line, slope.angles_rad, deviation_rad);
+    const auto off = SquaredSigmasOff(line, slope.angles_rad, deviation_rad);
     if (!off || *off > least) continue;
     best = &slope;
     least = *off;
@@ -233,21 +232,20 @@ std::vector<FittedLine> FitFreeLines(const LineLandmarkOptions& options, const F
   std::vector<FittedLine> fits;
   for (const auto& [id, line] : window.lines) {
     if (line.retired || line.IsStructural() || !frame.lines.contains(id)) continue;
-    if (static_cast<int>(line.frames.size()) < options.min_general_keyframes) continue;
+    if (static_cast<int>(line.frames.size()) < kLandmarkMinGeneralKeyframes) continue;
     if (auto fit = FitFreeLine(options, model, line)) fits.push_back(std::move(*fit));
   }
   return fits;
 }
 
-std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
-                                   const std::vector<Vector3d>& axes_world,
+std::vector<FreeLine> FollowSlopes(const std::vector<Vector3d>& axes_world,
                                    const std::vector<FittedLine>& fits,
                                    const LineDeviations& deviations, WindowState* window) {
   std::vector<FreeLine> others;
   for (const FittedLine& fit : fits) {
     SlopeState* slope = nullptr;
-    if (MaySlope(options, fit.line, axes_world, {})) {
-      slope = SlopeOfLine(options, fit.line, options.search_sigma_rad, window);
+    if (MaySlope(fit.line, axes_world, {})) {
+      slope = SlopeOfLine(fit.line, kSlopeSearchSigma_rad, window);
     }
     if (!slope) {
       others.push_back(fit.line);
@@ -280,11 +278,11 @@ std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations
   return outliers;
 }
 
-std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowState* window) {
+std::unordered_set<int64_t> RejectSlopes(WindowState* window) {
   const auto name = [](const SlopeState& slope) {
     return fmt::format("slope {}, {:.2f} degrees", slope.index, slope.angles_rad[1] * 180 / M_PI);
   };
-  return RejectFollowed(options, &LineLandmark::slope, &window->slopes, name, window);
+  return RejectFollowed(kMinGivenUpOfSlope, &LineLandmark::slope, &window->slopes, name, window);
 }
 
 std::vector<SlopeBlock> CollectSlopes(const WindowState& window) {

@@ -86,8 +86,7 @@ std::vector<FittedLine> FitFreeLines(const LineLandmarkOptions& options, const F
 
 // Lets those that follow a known slope, and none of the building's axes (unit), do so; what is not
 // yet estimated is from now on. Returns the others.
-std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
-                                   const std::vector<Eigen::Vector3d>& axes_world,
+std::vector<FreeLine> FollowSlopes(const std::vector<Eigen::Vector3d>& axes_world,
                                    const std::vector<FittedLine>& fits,
                                    const LineDeviations& deviations, WindowState* window);
 
@@ -98,7 +97,7 @@ std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations
 
 // Withdraws the slopes most of whose lines turned out to be off them, and retires the rest of these
 // lines. Returns the ids of these.
-std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowState* window);
+std::unordered_set<int64_t> RejectSlopes(WindowState* window);
 
 // What the angles of all slopes are, of those that were withdrawn too.
 std::vector<SlopeBlock> CollectSlopes(const WindowState& window);

@@ -18,6 +18,9 @@ using Eigen::Matrix4d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMaxRelativeSigma = 0.25;      // of the line's place across it, to its distance
+constexpr double kMaxDirectionSigma_rad = 0.2;  // of a general line
+
 constexpr int kMaxIterations = 6;
 constexpr double kMinAngle_rad = 0.03;  // between a ray and the line that it should meet
 
@@ -221,7 +224,7 @@ std::optional<StructuralLineFit> TriangulateStructuralLine(
       std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix2d>(relative).eigenvalues()[1]);
   const PointAndDirection in_world{CrossingPoint(line, heading_rad, fit.block.data()),
                                    AxisDirection(line.axis, heading_rad)};
-  if (!(sigma < options.max_relative_sigma) || !IsInFront(in_world, views)) return std::nullopt;
+  if (!(sigma < kMaxRelativeSigma) || !IsInFront(in_world, views)) return std::nullopt;
   return fit;
 }
 
@@ -248,8 +251,8 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
   fit.covariance = *covariance;
   const Eigen::Matrix<double, 3, 4> turned = GeneralLineTurn(fit.block.data());
   fit.direction_covariance = turned * fit.covariance * turned.transpose();
-  if (!(LargestSigma(fit.direction_covariance) < options.max_direction_sigma_rad) ||
-      !(RelativeSigma(fit.block, line, fit.covariance, views[0]) < options.max_relative_sigma)) {
+  if (!(LargestSigma(fit.direction_covariance) < kMaxDirectionSigma_rad) ||
+      !(RelativeSigma(fit.block, line, fit.covariance, views[0]) < kMaxRelativeSigma)) {
     return std::nullopt;
   }
   return fit;

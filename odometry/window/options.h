@@ -9,10 +9,15 @@
 
 namespace slcmap::inline odometry {
 
+inline constexpr double kStartWindow_s = 0.6;  // of data that initialisation in motion looks at
+// At rest: deviation of the accelerometer
+inline constexpr double kStartMaxStillAccelSigma_m_s2 = 0.3;
+inline constexpr double kStartMaxStillGyroSigma_rad_s = 0.05;
+inline constexpr int kLandmarkMinGeneralKeyframes = 4;  // that saw a line of no axis
+
 // When the place of a point is known; see odometry/window/point_landmarks.h.
 struct PointTriangulationOptions {
-  double min_parallax_rad = 0.01;  // between the host's ray and some other one
-  double max_residual_sigma = 4;   // RMS of the reprojections, in standard deviations
+  double max_residual_sigma = 4;  // RMS of the reprojections, in standard deviations
   double min_depth_m = 0.1;
   double max_depth_m = 300;
   void Check() const;
@@ -24,17 +29,9 @@ struct WindowOptions {
   // Of a measured coordinate: points that stay in place scatter by 0.2 to 0.25 px, and a third of
   // all that is measured is off by more, as things behind each other seem to slide.
   double point_sigma_px = 0.25;
-  double point_loss_sigma = 1.0;    // where the Huber loss turns linear
-  double max_point_chi2 = 12.0;     // of one camera's measurement (2 rows) that is kept
   double max_tracking_chi2 = 50.0;  // the same between keyframes, where points are held fixed
   int max_iterations = 6;           // of a keyframe's optimisation
-  int max_tracking_iterations = 4;  // of a frame between keyframes
   double zero_velocity_sigma_m_s = 0.02;
-  // First prior of a segment.
-  double first_tilt_sigma_rad = 0.2;
-  double first_velocity_sigma_m_s = 2.0;
-  double first_gyro_bias_sigma_rad_s = 0.1;
-  double first_accel_bias_sigma_m_s2 = 0.2;
   PointTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);
@@ -44,23 +41,12 @@ struct KeyframeOptions {
   double min_parallax_px = 24;   // median, since the last keyframe, without the rotation
   double min_kept_share = 0.65;  // of the last keyframe's points that are still tracked
   double max_interval_s = 1.0;   // while the rig moves
-  // Where a keyframe has fewer points than this share of PointTrackerOptions::max_points, they are
-  // averaged over more keyframes: at least one in sparse_interval_s.
-  double sparse_share = 0.7;
-  double sparse_interval_s = 0.25;
-  double still_parallax_px = 1.0;      // with the rotation: below it the rig does not move
-  double max_still_rate_rad_s = 0.05;  // mean, without bias: above it the rig turns
   void Check() const;
   void Read(YamlSection section);
 };
 
 struct InitializerOptions {
-  double window_s = 0.6;                    // of data that initialisation in motion looks at
-  int min_points = 20;                      // seen in the window's first and last image
-  double max_still_flow_px = 1.0;           // at rest: median motion of the points over the window
-  double max_still_accel_sigma_m_s2 = 0.3;  // at rest: deviation of the accelerometer
-  double max_still_gyro_sigma_rad_s = 0.05;
-  double max_gravity_error_m_s2 = 1.0;  // in motion: of the estimated gravity's size
+  int min_points = 20;                  // seen in the window's first and last image
   double max_reprojection_sigma = 3.2;  // RMS after optimisation, in standard deviations
   void Check() const;
   void Read(YamlSection section);
@@ -70,18 +56,13 @@ struct FailureOptions {
   int min_points = 6;       // tracked; fewer are "lost"
   double max_lost_s = 2.0;  // without images, or thrice as long without points: a new segment
   double max_speed_m_s = 15;
-  double max_gyro_bias_rad_s = 0.5;
-  double max_accel_bias_m_s2 = 2.5;
-  double max_imu_gap_s = 0.3;  // a longer one starts a new segment
   void Check() const;
   void Read(YamlSection section);
 };
 
 // When the place of a line is known; see odometry/window/line_triangulation.h.
 struct LineTriangulationOptions {
-  double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
-  double max_direction_sigma_rad = 0.2;  // of a general line
-  double min_distance_m = 0.1;           // from the anchor
+  double min_distance_m = 0.1;  // from the anchor
   double max_distance_m = 100;
   double loss_sigma = 2;  // where the Huber loss of an observation turns linear
   void Check() const;
@@ -99,25 +80,14 @@ struct LineLandmarkOptions {
   double max_new_chi2 = 56.0;        // of an observation, when its line is first estimated
   double max_tracking_chi2 = 900.0;  // of an observation in a keyframe that is not optimised yet
   bool anchor_at_origin = false;     // as in the paper; else where the line was first seen from
-  int min_keyframes = 2;             // keyframes that saw a line before it is estimated
-  int min_general_keyframes = 4;     // the same for a line of no axis
-  // With structural and slc, lines of no axis are estimated too where lines are further off the
-  // axes that they follow: in an exact building what follows no axis is clutter, in a crooked one
-  // most of its edges.
-  double general_above_rad = 0.0035;
   // Two lines of one axis are one where their distance is within so many standard deviations of
   // their places against each other, or below a least distance (conditional covariances make little
   // of what the lines share with the poses), and never above the largest: jambs of doors are 5 to
   // 8 cm wide.
-  double merge_sigmas = 3;
-  double min_merge_distance_m = 0.015;
-  double max_merge_distance_m = 0.04;
-  double max_apart_sigmas = 10;  // of sigma_px: seen side by side in one image they are two
-  double point_sigma_m = 0.01;   // of a point's distance from the line it belongs to
+  double point_sigma_m = 0.01;  // of a point's distance from the line it belongs to
   // How well a point and its line have to be known against each other, until it counts that they
   // agree.
   double max_member_sigma_m = 0.015;
-  int max_unseen = 20;  // lines that are kept though the window sees them no longer
   LineTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);

@@ -12,6 +12,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMinParallax_rad = 0.01;  // between the host's ray and some other one
+
 // One view of the point: p_camera ~ ray + lambda * offset, measured on z = 1.
 struct View {
   Vector3d ray, offset;
@@ -86,7 +88,7 @@ std::optional<double> TriangulateInverseDepth(const PointLandmark& landmark,
   if (views.empty()) return std::nullopt;
   double parallax_rad = 0;
   double inverse_depth = LinearInverseDepth(views, &parallax_rad);
-  if (parallax_rad < options.min_parallax_rad) return std::nullopt;
+  if (parallax_rad < kMinParallax_rad) return std::nullopt;
   const double low = 1.0 / options.max_depth_m, high = 1.0 / options.min_depth_m;
   for (int i = 0; i < 3; ++i) {
     inverse_depth = std::clamp(inverse_depth, low, high);

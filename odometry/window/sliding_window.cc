@@ -15,6 +15,14 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kPointLossSigma = 1.0;    // where the Huber loss turns linear
+constexpr int kMaxTrackingIterations = 4;  // of a frame between keyframes
+// First prior of a segment.
+constexpr double kFirstTiltSigma_rad = 0.2;
+constexpr double kFirstVelocitySigma_m_s = 2.0;
+constexpr double kFirstGyroBiasSigma_rad_s = 0.1;
+constexpr double kFirstAccelBiasSigma_m_s2 = 0.2;
+
 // Biases further than this from where an interval was integrated make its correction inexact.
 constexpr double kGyroBiasMoved_rad_s = 0.005;
 constexpr double kAccelBiasMoved_m_s2 = 0.1;
@@ -65,11 +73,10 @@ SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectifi
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
   model_.lines = StereoGeometry(rig_.T_imu_camera, focal_px / lines.sigma_px);
-  model_.point_loss = std::make_unique<ceres::HuberLoss>(options_.point_loss_sigma);
+  model_.point_loss = std::make_unique<ceres::HuberLoss>(kPointLossSigma);
   model_.line_loss = std::make_unique<ceres::HuberLoss>(lines.loss_sigma);
   model_.point_on_line_loss = std::make_unique<ceres::CauchyLoss>(lines.loss_sigma);
-  model_.along_axis_loss =
-      std::make_unique<ceres::CauchyLoss>(options.building_deviation.loss_sigma);
+  model_.along_axis_loss = std::make_unique<ceres::CauchyLoss>(kDeviationLossSigma);
   model_.point_on_line_sigma_m = lines.point_sigma_m;
   model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
   model_.calibration_ties = calibration_ties_.weights();
@@ -115,7 +122,7 @@ FinishedIds SlidingWindow::RejectOutliers() {
 // Landmarks that do not fit, which leave their lines too.
 std::unordered_set<int64_t> SlidingWindow::RejectPoints() {
   std::unordered_set<int64_t> outliers =
-      RejectPointOutliers(options_.max_point_chi2, model_, &state_, &fit_.points);
+      RejectPointOutliers(kMaxPointChi2, model_, &state_, &fit_.points);
   structure_.RemovePoints(outliers, &state_);
   return outliers;
 }
@@ -130,16 +137,16 @@ void SlidingWindow::SetFirstPrior() {
   prior.kinds = {kPoseKind, kSpeedBiasKind};
   prior.x_lin = {{first.pose.begin(), first.pose.end()},
                  {first.speed_bias.begin(), first.speed_bias.end()}};
-  Vector3d rotation_weight = Vector3d::Constant(1.0 / options_.first_tilt_sigma_rad);
+  Vector3d rotation_weight = Vector3d::Constant(1.0 / kFirstTiltSigma_rad);
   rotation_weight.z() = 1.0 / kGaugeSigma_rad;
   prior.jacobian = Eigen::MatrixXd::Zero(15, 15);
   prior.jacobian.diagonal().head<3>().setConstant(1.0 / kGaugeSigma_m);
   // Tilt and heading are turns about world axes: R delta.
   prior.jacobian.block<3, 3>(3, 3) =
       rotation_weight.asDiagonal() * first.T_world_imu().rotation.toRotationMatrix();
-  prior.jacobian.diagonal().segment<3>(6).setConstant(1.0 / options_.first_velocity_sigma_m_s);
-  prior.jacobian.diagonal().segment<3>(9).setConstant(1.0 / options_.first_gyro_bias_sigma_rad_s);
-  prior.jacobian.diagonal().segment<3>(12).setConstant(1.0 / options_.first_accel_bias_sigma_m_s2);
+  prior.jacobian.diagonal().segment<3>(6).setConstant(1.0 / kFirstVelocitySigma_m_s);
+  prior.jacobian.diagonal().segment<3>(9).setConstant(1.0 / kFirstGyroBiasSigma_rad_s);
+  prior.jacobian.diagonal().segment<3>(12).setConstant(1.0 / kFirstAccelBiasSigma_m_s2);
   prior.residual = Eigen::VectorXd::Zero(15);
   calibration_prior_.AddTo(model_.calibration.get(), &prior);
   state_.prior = std::move(prior);
@@ -178,7 +185,7 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame, FrameFit* fi
     return block != frame->pose.data() && block != frame->speed_bias.data();
   };
   SolverOptions solver;
-  solver.max_iterations = options_.max_tracking_iterations;
+  solver.max_iterations = kMaxTrackingIterations;
   Solve(&terms, Prior(), is_constant, solver);
   std::unordered_set<int64_t> outliers = RejectMisfits(frame);
   if (fit) {

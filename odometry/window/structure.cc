@@ -17,6 +17,12 @@ namespace {
 
 using Eigen::Vector3d;
 
+// With structural and slc, lines of no axis are estimated too where lines are further off the
+// axes that they follow: in an exact building what follows no axis is clutter, in a crooked one
+// most of its edges.
+constexpr double kGeneralAbove_rad = 0.0035;
+constexpr int kMaxUnseen = 20;  // lines that are kept though the window sees them no longer
+
 LineKinds CollectKinds(const EstimatorOptions& options) {
   return {UsesStructure(options.method), options.method == Method::kPointsLines};
 }
@@ -73,8 +79,7 @@ SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
 
 Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
-      manhattan_options_(options.manhattan),
-      slope_options_(options.slopes),
+      finds_slopes_(options.slopes.enabled),
       kinds_(CollectKinds(options)),
       points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
@@ -92,7 +97,7 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, KindsNow(), classifier_, memberships_, deviations_, model, window);
-  if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
+  if (kinds_.structural && finds_slopes_) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
     const auto misplaced = UpdateMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
@@ -103,7 +108,7 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
 LineKinds Structure::KindsNow() const {
   LineKinds kinds = kinds_;
   const double deviation_rad = deviations_.Of(LineAxis::kX).sigma_rad();
-  if (kinds.structural) kinds.general = deviation_rad > options_.general_above_rad;
+  if (kinds.structural) kinds.general = deviation_rad > kGeneralAbove_rad;
   return kinds;
 }
 
@@ -156,8 +161,7 @@ void Structure::FindSlopes(const FrameState& newest, const CostModel& model, Win
     axes_world.push_back(axis.d_world);
   }
   const std::vector<FittedLine> fits = FitFreeLines(options_, newest, model, *window);
-  const std::vector<FreeLine> others =
-      FollowSlopes(slope_options_, axes_world, fits, deviations_, window);
+  const std::vector<FreeLine> others = FollowSlopes(axes_world, fits, deviations_, window);
   const auto found = slope_detector_.AddKeyframe(others, axes_world, CollectSlopes(*window));
   if (!found) return;
   SlopeState& slope = window->slopes.emplace_back();
@@ -168,7 +172,7 @@ void Structure::FindSlopes(const FrameState& newest, const CostModel& model, Win
   spdlog::info("found slope {}, {:.2f} degrees towards {:.2f} degrees: {} lines of {} objects",
                slope.index, slope.angles_rad[1] * 180 / M_PI, slope.angles_rad[0] * 180 / M_PI,
                found->lines, found->objects);
-  FollowSlopes(slope_options_, axes_world, fits, deviations_, window);
+  FollowSlopes(axes_world, fits, deviations_, window);
 }
 
 void Structure::FindPointsOnLines(const FrameState& newest) {
@@ -188,8 +192,8 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   for (const int64_t id : gone) {
     if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
   }
-  gone.merge(RejectHeadings(manhattan_options_, window));
-  gone.merge(RejectSlopes(slope_options_, window));
+  gone.merge(RejectHeadings(window));
+  gone.merge(RejectSlopes(window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
@@ -197,7 +201,7 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   if (!options_.anchor_at_origin) {
     gone.merge(FinishPieces(deviations_, model, window));
   }
-  for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
+  for (const auto& [id, older_id] : MergeLines(model, window)) {
     MergeMembers(id, older_id, &memberships_, window);
     merges_.emplace(id, older_id);
     covariance_as_left_m2_.erase(older_id);  // was counted from another keyframe
@@ -219,7 +223,7 @@ std::unordered_set<int64_t> Structure::LinesToRemove(const WindowState& window) 
     }
   }
   std::sort(unseen.rbegin(), unseen.rend());
-  for (size_t i = options_.max_unseen; i < unseen.size(); ++i) forgotten.insert(unseen[i].second);
+  for (size_t i = kMaxUnseen; i < unseen.size(); ++i) forgotten.insert(unseen[i].second);
   return forgotten;
 }
 

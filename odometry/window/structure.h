@@ -70,8 +70,7 @@ class Structure {
   std::unordered_set<int64_t> LinesToRemove(const WindowState& window) const;
 
   LineLandmarkOptions options_;
-  ManhattanOptions manhattan_options_;
-  SlopeOptions slope_options_;
+  bool finds_slopes_;
   LineKinds kinds_;  // that the method asks for
   PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;

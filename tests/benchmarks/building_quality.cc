@@ -45,7 +45,7 @@ void Run(Arguments arguments) {
   for (const Storey& storey : building.storeys) {
     std::printf("storey %.3f to %.3f m\n", storey.floor_m, storey.ceiling_m.value_or(-1));
   }
-  const BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  const BuildingMetrics metrics = EvaluateBuilding(truth, building);
   std::fputs(BuildingTable({"building", arguments.scene}, metrics).c_str(), stdout);
   if (!arguments.plot.empty()) WriteBuildingPlan(arguments.plot, truth, building);
   if (!arguments.output.empty()) WriteBuilding(arguments.output, building);

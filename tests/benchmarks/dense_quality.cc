@@ -134,7 +134,7 @@ void MeasurePairs(const Opened& sequence, const DenseOptions& options) {
     }
     const DepthPyramid left(pair.left), right(pair.right);
     RefineDepth(left, {{&right, T_right_left, options.pair_sigma_px}}, sequence.rig().cameras[0],
-                options, &grid);
+                &grid);
     refined.Add(grid, sequence.GetCamera(i), sequence.surfaces);
   }
   matched.Print("matched");

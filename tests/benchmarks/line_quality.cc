@@ -136,8 +136,7 @@ class Benchmark {
     });
     const auto r = DetectSegments(right, rectifier_.mask(1), options_.detector);
     clocks_.Run("LBD, one image", [&] { return DescribeSegments(left, l); });
-    clocks_.Run("stereo matching",
-                [&] { return MatchStereo(left, right, l, r, options_.matcher); });
+    clocks_.Run("stereo matching", [&] { return MatchStereo(left, right, l, r); });
     raw_ += raw.size();
     detected_ += l.size();
   }

@@ -63,7 +63,7 @@ void Measure(int lines, int copies) {
   std::vector<TrackedLine> all = Building(lines / copies, copies, 1).lines;
   const double n = static_cast<double>(all.size());
   const std::clock_t begin = std::clock();
-  const size_t merged = MergeLines(std::move(all), LineMergingOptions()).size();
+  const size_t merged = MergeLines(std::move(all)).size();
   const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   std::printf("%9.0f lines of %7d edges: %7.3f s, %6.1f ns per n log2 n, merged to %zu\n", n,
               lines / copies, cpu_s, 1e9 * cpu_s / (n * std::log2(n)), merged);

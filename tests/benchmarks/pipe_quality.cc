@@ -48,9 +48,9 @@ void Measure(const std::string& folder, const std::string& sequence,
   const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
   const std::vector<MapPipe> pipes = Aligned(trajectory.absolute.front().alignment, found.pipes);
   for (const MapPipe& pipe : pipes) {
-    Print(pipe, EvaluatePipes(truth, {pipe}, {}).false_pipes == 0);
+    Print(pipe, EvaluatePipes(truth, {pipe}).false_pipes == 0);
   }
-  std::cout << PipeTable(inputs, EvaluatePipes(truth, pipes, {}));
+  std::cout << PipeTable(inputs, EvaluatePipes(truth, pipes));
   std::printf("lines     %zu are explained by them; %.2f s\n", found.line_ids.size(), took.count());
 }
 

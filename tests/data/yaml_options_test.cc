@@ -51,17 +51,23 @@ TEST(YamlSection, AnUnknownKeyIsNamedWithThoseThereAre) {
               AllOf(HasSubstr("a.yaml: points.max_cuont: unknown key"), HasSubstr("max_count")));
 }
 
-TEST(YamlSection, ARetiredKeyIsTakenWithAWarning) {
+TEST(YamlSection, RetiredKeysAreTakenWithAWarningUnlessTheFileIsKept) {
   const TempFolder folder;
-  YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", "points: {radius: 9}\n"));
-  YamlSection points = root.Section("points");
-  ::testing::internal::CaptureStdout();
-  points.Retire("radius");
-  points.Retire("width");
-  EXPECT_THAT(
-      ::testing::internal::GetCapturedStdout(),
-      AllOf(HasSubstr("a.yaml: points.radius: is no option any more"), Not(HasSubstr("width"))));
-  points.Finish();
+  const std::string path = folder.Write("a.yaml", "points: {radius: 9, count: 2}\n");
+  const auto warning = [&](ConfigOrigin origin) {
+    ::testing::internal::CaptureStdout();
+    ReadConfigFile(path, origin, [](YamlSection& root) {
+      YamlSection points = root.Section("points");
+      points.Retire({"radius", "width", "count"});
+      points.Finish();
+      return 0;
+    });
+    return ::testing::internal::GetCapturedStdout();
+  };
+  EXPECT_THAT(warning(ConfigOrigin::kUser),
+              AllOf(HasSubstr("a.yaml: found points.radius, points.count, which are no options"),
+                    Not(HasSubstr("width"))));
+  EXPECT_EQ(warning(ConfigOrigin::kKept), "");
 }
 
 TEST(YamlSection, AKeyTwiceIsAnError) {

@@ -27,14 +27,14 @@ TEST_F(OdometryOptionsTest, DefaultsAreValid) { EXPECT_NO_THROW(OdometryOptions(
 TEST_F(OdometryOptionsTest, ReadsWhatTheFileHoldsAndLeavesTheRest) {
   const OdometryOptions options = Read(
       "method: points-mono\npoints: {max_points: 77}\nwindow: {point_sigma_px: 0.7}\n"
-      "line_landmarks: {triangulation: {max_distance_m: 30}, max_unseen: 5}\n"
+      "line_landmarks: {triangulation: {max_distance_m: 30}, max_chi2: 5}\n"
       "mapping: {cloud: {voxel_m: 0.1}}\n");
   EXPECT_EQ(options.method, Method::kPointsMono);
   EXPECT_EQ(options.points.max_points, 77);
   EXPECT_EQ(options.points.patch_px, PointTrackerOptions().patch_px);
   EXPECT_EQ(options.window.point_sigma_px, 0.7);
   EXPECT_EQ(options.line_landmarks.triangulation.max_distance_m, 30);
-  EXPECT_EQ(options.line_landmarks.max_unseen, 5);
+  EXPECT_EQ(options.line_landmarks.max_chi2, 5);
 }
 
 TEST_F(OdometryOptionsTest, AllThatIsInEffectIsAFileThatGivesTheSame) {
@@ -78,13 +78,6 @@ TEST_F(OdometryOptionsTest, RefusesALeastDepthOfPointsBeyondTheLargest) {
           "window.triangulation.min_depth_m: found 3, expected at most max_depth_m, which is 2");
   EXPECT_EQ(Read("window: {triangulation: {max_depth_m: 50}}").window.triangulation.max_depth_m,
             50);
-}
-
-TEST_F(OdometryOptionsTest, RefusesALeastDistanceAtWhichLinesAreOneBeyondTheLargest) {
-  EXPECT_EQ(ErrorOf("line_landmarks: {min_merge_distance_m: 0.05}"),
-            folder_.Path("odometry.yaml: ") +
-                "line_landmarks.min_merge_distance_m: found 0.05, expected at most "
-                "max_merge_distance_m, which is 0.04");
 }
 
 TEST_F(OdometryOptionsTest, RefusesAStartingDeviationBeyondItsLimits) {

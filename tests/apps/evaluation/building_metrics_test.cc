@@ -73,7 +73,7 @@ Building Mapped() {
 }
 
 TEST(BuildingMetrics, OffsetsDistancesAndIntervals) {
-  const BuildingMetrics metrics = EvaluateBuilding(Truth(), Mapped(), {});
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), Mapped());
   EXPECT_EQ(metrics.walls, 2);
   EXPECT_EQ(metrics.walls_found, 2);
   EXPECT_NEAR(metrics.offset_95_m, 0.02, 1e-9);
@@ -88,25 +88,25 @@ TEST(BuildingMetrics, PanesOfClearGlassAreOpeningsButThoseToTheOutsideMayBeMisse
   TrueOpening& pane = truth.walls[1].openings[0];
   pane.is_clear = true;
   Building building = Mapped();
-  BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  BuildingMetrics metrics = EvaluateBuilding(truth, building);
   EXPECT_EQ(metrics.openings, 1);
   EXPECT_DOUBLE_EQ(metrics.openings_f1, 1);
   PlaneOpening mapped = building.planes[0].openings[0];
   for (Vector3d& p : mapped.outline_world) p.y() = 3;
   building.planes[1].openings = {mapped};
-  EXPECT_EQ(EvaluateBuilding(truth, building, {}).openings_false, 0);
+  EXPECT_EQ(EvaluateBuilding(truth, building).openings_false, 0);
   truth.walls.push_back(WallAt(2, 3.1, 1));  // the other face of the same wall
   truth.walls[2].openings = {pane};
-  metrics = EvaluateBuilding(truth, building, {});
+  metrics = EvaluateBuilding(truth, building);
   EXPECT_EQ(metrics.openings, 2);
   EXPECT_EQ(metrics.openings_found, 2);
   building.planes[1].openings.clear();
-  EXPECT_EQ(EvaluateBuilding(truth, building, {}).openings_found, 1);
+  EXPECT_EQ(EvaluateBuilding(truth, building).openings_found, 1);
 }
 
 TEST(BuildingMetrics, OpeningsOfClosedDoorsAreFalse) {
   Building building = Mapped();
-  BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  BuildingMetrics metrics = EvaluateBuilding(Truth(), building);
   EXPECT_EQ(metrics.openings, 1);
   EXPECT_EQ(metrics.openings_found, 1);
   EXPECT_DOUBLE_EQ(metrics.openings_f1, 1);
@@ -114,17 +114,17 @@ TEST(BuildingMetrics, OpeningsOfClosedDoorsAreFalse) {
   PlaneOpening closed = building.planes[0].openings[0];
   for (Vector3d& p : closed.outline_world) p.y() = 3;
   building.planes[1].openings = {closed};
-  metrics = EvaluateBuilding(Truth(), building, {});
+  metrics = EvaluateBuilding(Truth(), building);
   EXPECT_EQ(metrics.openings_false, 1);
   EXPECT_NEAR(metrics.openings_f1, 2.0 / 3, 1e-9);
 }
 
 TEST(BuildingMetrics, RoomsAreRightWithinTwoPercent) {
   Building building = Mapped();
-  EXPECT_EQ(EvaluateBuilding(Truth(), building, {}).rooms_right, 1);
+  EXPECT_EQ(EvaluateBuilding(Truth(), building).rooms_right, 1);
   building.rooms[0].polygon = {{{0, 0}, {4, 0}, {4, 3.2}, {0, 3.2}}, {}};
   building.rooms[0].area_m2 = 12.8;
-  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building);
   EXPECT_EQ(metrics.rooms_found, 1);
   EXPECT_EQ(metrics.rooms_right, 0);
   EXPECT_NEAR(metrics.area_error_median, 0.8 / 12, 1e-9);
@@ -133,7 +133,7 @@ TEST(BuildingMetrics, RoomsAreRightWithinTwoPercent) {
 TEST(BuildingMetrics, WallsOfAnotherSideOrElsewhereAreNotFound) {
   Building building;
   building.planes = {PlaneAt(0, -1, 0.01), PlaneAt(3.3, -1, 0.01)};
-  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building);
   EXPECT_EQ(metrics.walls, 2);
   EXPECT_EQ(metrics.walls_found, 0);
   EXPECT_EQ(metrics.intervals, 0);
@@ -151,7 +151,7 @@ TEST(BuildingMetrics, AlignmentMovesAllOfABuilding) {
 }
 
 TEST(BuildingMetrics, OfNothingAreNoFigures) {
-  const BuildingMetrics metrics = EvaluateBuilding({}, {}, {});
+  const BuildingMetrics metrics = EvaluateBuilding({}, {});
   const nlohmann::ordered_json json = BuildingJson({}, metrics);
   for (const char* key : {"offset_median_m", "offset_95_m", "distance_error_95_m", "openings_f1",
                           "clear_width_median_m", "area_error_median"}) {

@@ -121,7 +121,7 @@ TEST(ReferenceObservations, ALineThatTheRunTookForTwoIsOneTrueEdge) {
   std::vector<EdgeObservation> observations = ObservationsOver(walk);
   for (size_t i = 40; i < observations.size(); ++i) observations[i].edge += 100;
   EXPECT_EQ(RetriangulateEdges(observations, walk, {}).edges, 8);
-  const auto on_edges = OnTrueEdges(observations, walk, {kEdges, kEdges}, {});
+  const auto on_edges = OnTrueEdges(observations, walk, {kEdges, kEdges});
   EXPECT_EQ(on_edges.size(), observations.size());
   EXPECT_EQ(RetriangulateEdges(on_edges, walk, {}).edges, 4);
 }
@@ -129,11 +129,11 @@ TEST(ReferenceObservations, ALineThatTheRunTookForTwoIsOneTrueEdge) {
 TEST(ReferenceObservations, WhatLiesOnNoEdgeOrAsNearToTwoIsLeftOut) {
   const Trajectory walk = Walk(20);
   const std::vector<EdgeObservation> observations = ObservationsOver(walk);
-  EXPECT_EQ(OnTrueEdges(observations, walk, {{kEdges[0]}, {}}, {}).size(), 20u);
+  EXPECT_EQ(OnTrueEdges(observations, walk, {{kEdges[0]}, {}}).size(), 20u);
   PlySegment beside = kEdges[0];
   beside.start_world.x() += 0.004;  // in depth, which stereo knows worst
   beside.end_world.x() += 0.004;
-  EXPECT_TRUE(OnTrueEdges(observations, walk, {{kEdges[0], beside}, {}}, {}).empty());
+  EXPECT_TRUE(OnTrueEdges(observations, walk, {{kEdges[0], beside}, {}}).empty());
 }
 
 TEST(ReferenceObservations, APlaceIsKnownWorstInDepth) {

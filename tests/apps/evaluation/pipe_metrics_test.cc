@@ -33,7 +33,7 @@ TEST(PipeMetrics, FoundAreThoseWithAxisAndRadius) {
   // Found, with a wrong radius, too far off, one that was hardly seen, and one that is nowhere.
   const std::vector<MapPipe> pipes = {PipeAt(0.01, 0.052), PipeAt(1.02, 0.13), PipeAt(2.06, 0.1),
                                       PipeAt(3, 0.1), PipeAt(9, 0.1)};
-  const PipeMetrics metrics = EvaluatePipes(truth, pipes, {});
+  const PipeMetrics metrics = EvaluatePipes(truth, pipes);
   EXPECT_EQ(metrics.pipes, 3);
   EXPECT_EQ(metrics.found, 1);
   EXPECT_EQ(metrics.found_axes, 2);
@@ -52,13 +52,13 @@ TEST(PipeMetrics, PipesThatAreTurnedOrElsewhereAlongTheAxisAreOthers) {
   MapPipe beyond = PipeAt(0, 0.05);
   beyond.start_world.z() = 4;
   beyond.end_world.z() = 5;
-  const PipeMetrics metrics = EvaluatePipes({TruePipeAt(0, 0, 0.05, 2)}, {turned, beyond}, {});
+  const PipeMetrics metrics = EvaluatePipes({TruePipeAt(0, 0, 0.05, 2)}, {turned, beyond});
   EXPECT_EQ(metrics.found, 0);
   EXPECT_EQ(metrics.false_pipes, 2);
 }
 
 TEST(PipeMetrics, OfNothingThereIsNothing) {
-  const PipeMetrics metrics = EvaluatePipes({}, {}, {});
+  const PipeMetrics metrics = EvaluatePipes({}, {});
   EXPECT_EQ(metrics.pipes, 0);
   EXPECT_TRUE(std::isnan(metrics.radius_95_m));
   EXPECT_THAT(PipeTable({"pipes.json", "pipes.csv"}, metrics), HasSubstr("0 of 0 (- %)"));

@@ -195,7 +195,7 @@ TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
   other = cloud.front();
   other.p_world = {5, 0.2, 1};  // of furniture
   cloud.push_back(other);
-  const auto walls = WallsOfMap(building, cloud, {});
+  const auto walls = WallsOfMap(building, cloud);
   ASSERT_EQ(walls.size(), 1u);
   EXPECT_EQ(walls[0].points.size(), on_wall);
   EXPECT_EQ(walls[0].wall, 7);  // its number in plans

@@ -10,7 +10,7 @@ std::vector<SeenPart> SelectSeen(const Scene& scene) {
   const RayScene rays(scene.quads);
   const RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
                                                testing::LookingAlongX(), {0, 0, 0}, 1);
-  EdgeWatch watch(scene, rays, task, {});
+  EdgeWatch watch(scene, rays, task);
   watch.Look(0);
   return watch.Parts();
 }
@@ -46,12 +46,12 @@ TEST(EdgeVisibilityTest, RefusesEdgesWithoutEndAndStopsWhenAsked) {
   const RayScene rays(scene.quads);
   RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
                                          testing::LookingAlongX(), {0, 0, 0}, 1);
-  EXPECT_THROW(EdgeWatch(scene, rays, task, {}), ConfigError);
+  EXPECT_THROW(EdgeWatch(scene, rays, task), ConfigError);
   scene.edges = {{{4, -1, 0.3}, {4, 1, 0.3}, 1, 0}};
   std::stop_source stop;
   stop.request_stop();
   task.stop = stop.get_token();
-  EdgeWatch watch(scene, rays, task, {});
+  EdgeWatch watch(scene, rays, task);
   EXPECT_THROW(watch.Look(0), StoppedError);
 }
 

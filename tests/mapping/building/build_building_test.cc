@@ -429,7 +429,7 @@ TEST(BuildBuilding, OfficeOfFiveRoomsMeetsItsFigures) {
        {12.1, 0.5, 1.5}, {13.3, 0, 1.5},  {13.3, -3, 1.5},  {14.6, -2.7, 1.5}, {13.3, 0, 1.5}},
       0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
-  const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building, {});
+  const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building);
   EXPECT_GE(metrics.walls_found, 0.95 * metrics.walls);
   EXPECT_LE(metrics.offset_median_m, 0.01);
   EXPECT_LE(metrics.distance_error_95_m, 0.015);

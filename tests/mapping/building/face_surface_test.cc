@@ -70,7 +70,7 @@ TEST(FaceSurface, WallIsBehindItsSkirtingAndFrames) {
   wall.AddLine(0.025, 2.15);
   wall.AddPoints(0.015, 0, 0.09);
   Face face = FaceBefore(0.012);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -80,7 +80,7 @@ TEST(FaceSurface, FramesOfOneThicknessAreNotTheWall) {
   for (const double z : {0.8, 0.9, 1.2, 1.8, 2.1, 2.2}) wall.AddLine(0.02, z);
   wall.AddPoints(0, 0.1, 2.6, 0.1, 0.02);
   Face face = FaceBefore(0.018);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.0065);
 }
 
@@ -94,7 +94,7 @@ TEST(FaceSurface, PointsBesideFramesMayBeOfThese) {
   wall.AddPoints(0, 0.3, 0.7, 0.1, 0.02);
   wall.AddPoints(0, 1.2, 1.9, 0.1, 0.02);
   Face face = FaceBefore(0.018);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.007);
 }
 
@@ -103,11 +103,11 @@ TEST(FaceSurface, LinesThatScatterAreTheWall) {
   WallSamples wall(7);
   for (int i = 0; i < 7; ++i) wall.AddLine(0, 0.5 + 0.3 * i, 0, 0.004);
   Face face = FaceBefore(0.005);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
   wall.AddPoints(0, 0.1, 2.6, 0.11);
   face = FaceBefore(0.005);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -116,7 +116,7 @@ TEST(FaceSurface, OneRecessedLineIsNotTheWall) {
   for (int i = 0; i < 6; ++i) wall.AddLine(0, 0.5 + 0.3 * i);
   wall.AddLine(-0.02, 1.1);
   Face face = FaceBefore(0.005);
-  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, {}, &face), 0.02);
+  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, &face), 0.02);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -125,7 +125,7 @@ TEST(FaceSurface, TexturedWallIsWhereItsPointsAre) {
   wall.AddPoints(0, 0.1, 2.6);
   for (const double z : {0.08, 0.09, 2.1}) wall.AddLine(0.015, z);
   Face face = FaceBefore(-0.01);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.0045);
 }
 
@@ -134,7 +134,7 @@ TEST(FaceSurface, StrayPlacesBehindItDoNotMoveIt) {
   wall.AddPoints(0, 0.1, 2.6);
   wall.AddPoints(-0.03, 1, 1.2);
   Face face = FaceBefore(0.005);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.005);
 }
 
@@ -145,7 +145,7 @@ TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
   wall.AddLine(0, 0.1, kSlope);
   wall.AddLine(0.02, 1);  // a rail that is not parallel to it
   Face face = FaceBefore(0.004);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.002);
   EXPECT_NEAR(-face.normal.x(), kSlope, 0.0007);
   // The face covers what it covered.
@@ -157,15 +157,15 @@ TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
   small.AddPoints(0, 1, 1.1, 0.5);
   large.AddPoints(0, 0.1, 2.6);
   Face first = FaceBefore(0), second = FaceBefore(0);
-  const double small_m = MoveOntoSurface(small.samples(), 0.045, {}, &first);
-  const double large_m = MoveOntoSurface(large.samples(), 0.045, {}, &second);
+  const double small_m = MoveOntoSurface(small.samples(), 0.045, &first);
+  const double large_m = MoveOntoSurface(large.samples(), 0.045, &second);
   EXPECT_GT(small_m, 0.008);
   EXPECT_LT(large_m, 0.006);
 }
 
 TEST(FaceSurface, WithoutSamplesItStays) {
   Face face = FaceBefore(0.7);
-  EXPECT_EQ(MoveOntoSurface({}, 0.045, {}, &face), 0);
+  EXPECT_EQ(MoveOntoSurface({}, 0.045, &face), 0);
   EXPECT_EQ(face.offset_m, 0.7);
   EXPECT_EQ(face.normal, Vector2d::UnitY());
 }

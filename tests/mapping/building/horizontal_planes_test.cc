@@ -26,7 +26,7 @@ TEST(HorizontalPlanes, AreWhereMostOfTheSurfaceIs) {
   AddLevel(2.6, -1, &points);
   Room room = SquareRoom();
   std::vector<BuildingPlane> planes;
-  AddFloorAndCeiling({points, {}, {}, {}}, {0, 2.5, 2.5, {}}, {}, &room, &planes);
+  AddFloorAndCeiling({points, {}, {}, {}}, {0, 2.5, 2.5, {}}, &room, &planes);
   ASSERT_EQ(planes.size(), 2u);
   EXPECT_EQ(planes[0].kind, PlaneKind::kFloor);
   EXPECT_NEAR(planes[0].offset_m, 0.05, 1e-6);
@@ -38,7 +38,7 @@ TEST(HorizontalPlanes, AreWhereMostOfTheSurfaceIs) {
 TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
   Room room = SquareRoom();
   std::vector<BuildingPlane> planes;
-  AddFloorAndCeiling(BuildingInput(), {-1.2, 1.3, 1.3, {}}, {}, &room, &planes);
+  AddFloorAndCeiling(BuildingInput(), {-1.2, 1.3, 1.3, {}}, &room, &planes);
   ASSERT_EQ(planes.size(), 1u);
   EXPECT_EQ(planes[0].kind, PlaneKind::kFloor);
   EXPECT_TRUE(planes[0].inferred);
@@ -65,7 +65,7 @@ class DarkCeiling : public ::testing::Test {
     }
     Room room = SquareRoom();
     std::vector<BuildingPlane> planes;
-    AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, {}, &room, &planes);
+    AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, &room, &planes);
     return room.height_m;
   }
 

@@ -74,7 +74,7 @@ TEST(DepthRefinement, MakesMatchesRightBelowThePixelAndKnowsHowWell) {
   const Errors before = GetErrors(grid, room);
   const DepthPyramid left(pair.left), right(pair.right);
   const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
-  RefineDepth(left, {{&right, T_right_left, 0.02}}, room.rig().cameras[0], Options(), &grid);
+  RefineDepth(left, {{&right, T_right_left, 0.02}}, room.rig().cameras[0], &grid);
   const Errors after = GetErrors(grid, room);
   EXPECT_GT(after.error_px.size(), 0.6 * before.error_px.size());
   EXPECT_GT(after.Share(0.25), 0.9);
@@ -86,7 +86,7 @@ TEST(DepthRefinement, GivesUpPatchesWithoutTexture) {
   DepthGrid grid = StereoDepth(room.Read(kView), room.mask(0), room.rig(), Options());
   const DepthPyramid blank(cv::Mat(room.mask(0).size(), CV_8UC1, cv::Scalar(120)));
   const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
-  RefineDepth(blank, {{&blank, T_right_left, 0.02}}, room.rig().cameras[0], Options(), &grid);
+  RefineDepth(blank, {{&blank, T_right_left, 0.02}}, room.rig().cameras[0], &grid);
   EXPECT_TRUE(std::none_of(grid.nodes.begin(), grid.nodes.end(),
                            [](const DepthNode& node) { return node.is_known(); }));
 }

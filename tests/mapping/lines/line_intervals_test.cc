@@ -18,27 +18,27 @@ TrackedLine WithBins(const std::vector<std::pair<int, BinViews>>& stretches) {
 constexpr BinViews kShown{8, 1}, kMissed{1, 8}, kUnseen{0, 0};
 
 TEST(LineIntervals, KeepADoorway) {
-  const auto intervals = FindIntervals(WithBins({{50, kShown}, {45, kMissed}, {50, kShown}}), {});
+  const auto intervals = FindIntervals(WithBins({{50, kShown}, {45, kMissed}, {50, kShown}}));
   ASSERT_EQ(intervals.size(), 2u);
   EXPECT_NEAR(intervals[0].to_m, 1.0, 1e-9);
   EXPECT_NEAR(intervals[1].from_m, 1.9, 1e-9);
 }
 
 TEST(LineIntervals, CloseAShortGapOnlyWhereNothingWasSeen) {
-  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kUnseen}, {20, kShown}}), {}).size(), 1u);
-  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kMissed}, {20, kShown}}), {}).size(), 2u);
-  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {9, kUnseen}, {20, kShown}}), {}).size(), 2u);
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kUnseen}, {20, kShown}})).size(), 1u);
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kMissed}, {20, kShown}})).size(), 2u);
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {9, kUnseen}, {20, kShown}})).size(), 2u);
 }
 
 // What hides an edge from some views is not always known.
 TEST(LineIntervals, KeepWhatNearlyHalfOfTheViewsShow) {
-  EXPECT_EQ(FindIntervals(WithBins({{50, {5, 6}}}), {}).size(), 1u);
-  EXPECT_TRUE(FindIntervals(WithBins({{50, {5, 10}}}), {}).empty());
+  EXPECT_EQ(FindIntervals(WithBins({{50, {5, 6}}})).size(), 1u);
+  EXPECT_TRUE(FindIntervals(WithBins({{50, {5, 10}}})).empty());
 }
 
 TEST(LineIntervals, NeedViewsAndLength) {
-  EXPECT_TRUE(FindIntervals(WithBins({{50, {2, 0}}}), {}).empty());
-  EXPECT_TRUE(FindIntervals(WithBins({{2, kShown}, {50, kMissed}}), {}).empty());
+  EXPECT_TRUE(FindIntervals(WithBins({{50, {2, 0}}})).empty());
+  EXPECT_TRUE(FindIntervals(WithBins({{2, kShown}, {50, kMissed}})).empty());
 }
 
 TrackedLine At(double y_m, double from_m, double to_m, double sigma_m, int views = 10) {

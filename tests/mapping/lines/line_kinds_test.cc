@@ -94,35 +94,35 @@ TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces
 }
 
 TEST(LineKinds, ALineWhereSurfacesBendIsAnEdgeHoweverItLooks) {
-  EXPECT_EQ(FindKind(WithStep(40, 1, {0.1, 0.9, 0}), {}), LineKind::kEdge);
-  EXPECT_EQ(FindKind(WithStep(40, 0.1, {0.1, 0.9, 0}), {}), LineKind::kEdge);
+  EXPECT_EQ(FindKind(WithStep(40, 1, {0.1, 0.9, 0})), LineKind::kEdge);
+  EXPECT_EQ(FindKind(WithStep(40, 0.1, {0.1, 0.9, 0})), LineKind::kEdge);
 }
 
 TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
   const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(40, 1, flat), {}), LineKind::kOutline);
-  EXPECT_EQ(FindKind(WithStep(8, 1, flat), {}), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(40, 0.3, flat), {}), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(40, 3, flat), {}), LineKind::kMark);
+  EXPECT_EQ(FindKind(WithStep(40, 1, flat)), LineKind::kOutline);
+  EXPECT_EQ(FindKind(WithStep(8, 1, flat)), LineKind::kMark);
+  EXPECT_EQ(FindKind(WithStep(40, 0.3, flat)), LineKind::kMark);
+  EXPECT_EQ(FindKind(WithStep(40, 3, flat)), LineKind::kMark);
 }
 
 TEST(LineKinds, AStepIsLargeAgainstHowBrightTheImageIs) {
   const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(8, 1, flat, 20), {}), LineKind::kOutline) << "a poster in the dark";
-  EXPECT_EQ(FindKind(WithStep(30, 1, flat, 200), {}), LineKind::kMark) << "a tile in the light";
+  EXPECT_EQ(FindKind(WithStep(8, 1, flat, 20)), LineKind::kOutline) << "a poster in the dark";
+  EXPECT_EQ(FindKind(WithStep(30, 1, flat, 200)), LineKind::kMark) << "a tile in the light";
 }
 
 TEST(LineKinds, ANarrowTrimStandsOutMoreThanGrain) {
   const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(60, 0.2, flat), {}), LineKind::kOutline);
-  EXPECT_EQ(FindKind(WithStep(30, 0.2, flat), {}), LineKind::kMark);
+  EXPECT_EQ(FindKind(WithStep(60, 0.2, flat)), LineKind::kOutline);
+  EXPECT_EQ(FindKind(WithStep(30, 0.2, flat)), LineKind::kMark);
 }
 
 TEST(LineKinds, ALongLineOnAFlatSurfaceIsNoGrain) {
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {3, 0.2, 0}), {}), LineKind::kOutline) << "a skirting";
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.85, 0, 0}), {}), LineKind::kOutline) << "a leaf's edge";
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.75, 0, 0}), {}), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(5, 0.2, {3, 0.2, 0}), {}), LineKind::kMark) << "a row of joints";
+  EXPECT_EQ(FindKind(WithStep(20, 0.2, {3, 0.2, 0})), LineKind::kOutline) << "a skirting";
+  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.85, 0, 0})), LineKind::kOutline) << "a leaf's edge";
+  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.75, 0, 0})), LineKind::kMark);
+  EXPECT_EQ(FindKind(WithStep(5, 0.2, {3, 0.2, 0})), LineKind::kMark) << "a row of joints";
 }
 
 TEST(LineKinds, WhatHardlyStandsOutAmongManyIsAMarkHoweverLong) {
@@ -130,24 +130,24 @@ TEST(LineKinds, WhatHardlyStandsOutAmongManyIsAMarkHoweverLong) {
   const auto among = [](int parallels, double step, const SurfacesBeside& surfaces) {
     TrackedLine line = WithStep(step, 0.5, surfaces);
     line.parallels = parallels;
-    return FindKind(line, {});
+    return FindKind(line);
   };
   EXPECT_EQ(among(6, 20, flat), LineKind::kMark) << "the joint of a brick wall";
   EXPECT_EQ(among(1, 20, flat), LineKind::kOutline) << "a skirting";
   EXPECT_EQ(among(6, 60, flat), LineKind::kOutline) << "a poster on bricks";
   TrackedLine row = WithStep(35, 1, flat);  // a step that lasts
-  EXPECT_EQ(FindKind(row, {}), LineKind::kOutline);
+  EXPECT_EQ(FindKind(row), LineKind::kOutline);
   row.parallels = 6;
-  EXPECT_EQ(FindKind(row, {}), LineKind::kMark) << "a row of lighter bricks";
+  EXPECT_EQ(FindKind(row), LineKind::kMark) << "a row of lighter bricks";
   EXPECT_EQ(among(6, 20, relief), LineKind::kMark) << "a joint where the cloud is rough";
   EXPECT_EQ(among(6, 60, relief), LineKind::kEdge) << "a baluster";
 }
 
 TEST(LineKinds, WithoutSurfacesTheStepAloneTellsMarks) {
   const SurfacesBeside unknown{0.1, 0, 0.9};
-  EXPECT_EQ(FindKind(WithStep(40, 1, unknown), {}), LineKind::kUnknown);
-  EXPECT_EQ(FindKind(WithStep(40, 0.3, unknown), {}), LineKind::kMark);
-  EXPECT_EQ(FindKind(TrackedLine(), {}), LineKind::kMark) << "never seen";
+  EXPECT_EQ(FindKind(WithStep(40, 1, unknown)), LineKind::kUnknown);
+  EXPECT_EQ(FindKind(WithStep(40, 0.3, unknown)), LineKind::kMark);
+  EXPECT_EQ(FindKind(TrackedLine()), LineKind::kMark) << "never seen";
 }
 
 }  // namespace

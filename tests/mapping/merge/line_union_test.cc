@@ -35,7 +35,7 @@ LineCovariance Known(int64_t id, int piece, const Vector3d& variances_m2) {
 }
 
 LinesOfMap Unite(const LinesOfMap& first, const LinesOfMap& second) {
-  return UniteLines(first, second, kAlignment_m, LineMergingOptions());
+  return UniteLines(first, second, kAlignment_m);
 }
 
 TEST(UniteLines, WhatBothSawIsOneLineAsLongAsBoth) {

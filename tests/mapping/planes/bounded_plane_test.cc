@@ -58,7 +58,7 @@ TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
   ASSERT_EQ(planes.size(), 2);
   for (const BoundedPlane& plane : planes) {
     EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
-    EXPECT_EQ(plane.reach_m, PlaneOptions{}.room_reach_m);
+    EXPECT_EQ(plane.reach_m, 4);
   }
   EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
 }

@@ -18,7 +18,7 @@ PlaneGrid WallGrid() {
 }
 
 int Passes(const Eigen::Vector3d& from, const Eigen::Vector3f& to, float sigma_m) {
-  const cv::Mat1i passes = CountPasses(WallGrid(), {{from, {to}, {sigma_m}}}, {});
+  const cv::Mat1i passes = CountPasses(WallGrid(), {{from, {to}, {sigma_m}}});
   int sum = 0;
   for (const int count : passes) sum += count;
   return sum;
@@ -26,7 +26,7 @@ int Passes(const Eigen::Vector3d& from, const Eigen::Vector3f& to, float sigma_m
 
 TEST(CountPasses, CountsRaysThatEndBehind) {
   const cv::Mat1i passes =
-      CountPasses(WallGrid(), {{{0.25, 0, 0.55}, {{0.25F, 4, 0.55F}}, {0.01F}}}, {});
+      CountPasses(WallGrid(), {{{0.25, 0, 0.55}, {{0.25F, 4, 0.55F}}, {0.01F}}});
   EXPECT_EQ(passes(5, 2), 1);
 }
 

@@ -46,7 +46,7 @@ TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
     EXPECT_FALSE(Holds(plane, 4, 1.9)) << "no ray went there";
     EXPECT_FALSE(Holds(plane, 5.97, 1)) << "the rays' ends are something";
     EXPECT_FALSE(plane.is_measured);
-    EXPECT_EQ(plane.reach_m, PlaneOptions{}.storey_reach_m);
+    EXPECT_EQ(plane.reach_m, 1.5);
   }
   EXPECT_NEAR(planes[0].grid.At(0, 0).z(), 0, 1e-12);
   EXPECT_NEAR(planes[1].grid.At(0, 0).z(), 2.5, 1e-12);

@@ -88,7 +88,7 @@ TEST(BuildingDeviation, AFewLinesAskAnExactBuildingWhetherItIs) {
     probes += is_probe;
     EXPECT_EQ(deviation.OfLine(id), is_probe ? own * deviation.sigma_rad() : options.min_sigma_rad);
   }
-  EXPECT_EQ(probes, 100 / options.probe_every);
+  EXPECT_EQ(probes, 25);
   MadeBuilding(0.005).AddLines(200, &deviation);
   for (int64_t id = 0; id < 100; ++id) {
     EXPECT_EQ(deviation.OfNewLine(id), own * deviation.sigma_rad());

@@ -75,7 +75,7 @@ TEST_F(LineClassifierTest, LeavesOutWhatCouldBeTwoAxes) {
 
 TEST_F(LineClassifierTest, RefusesOptionsOutOfRange) {
   LineClassifierOptions options;
-  options.max_sigmas = 0;
+  options.end_sigma_px = 0;
   EXPECT_THROW(LineClassifier(options, 400), ConfigError);
 }
 

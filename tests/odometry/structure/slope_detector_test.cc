@@ -123,7 +123,7 @@ TEST_F(SlopeDetectorTest, LinesOfSeveralKeyframesAreTakenTogetherUntilTheyAreFor
   const std::vector<FreeLine> lines = Bundle(SlopeDirection(kStairs.data()), 6, 0.5);
   for (size_t i = 0; i < 4; ++i) EXPECT_FALSE(Find({lines[i]}));
   EXPECT_TRUE(Find({lines[4]}));
-  for (int i = 0; i < SlopeOptions().memory_keyframes; ++i) Find({});
+  for (int i = 0; i < 30; ++i) Find({});
   EXPECT_FALSE(Find({lines[5]}));
 }
 
@@ -132,11 +132,11 @@ TEST(SquaredSigmasOff, CountsWhatTheLineAndItsDeviationMayBeOff) {
   const Matrix32d across = AxesAcrossSlope(kStairs.data());
   line.direction_world = -(SlopeDirection(kStairs.data()) + 0.03 * across.col(1)).normalized();
   line.direction_covariance_rad2 = 1e-4 * across * across.transpose();
-  const auto off = SquaredSigmasOff(SlopeOptions(), line, kStairs, 0.01);
+  const auto off = SquaredSigmasOff(line, kStairs, 0.01);
   ASSERT_TRUE(off);
   EXPECT_NEAR(*off, 0.03 * 0.03 / 2e-4, 0.01);
   line.direction_world = (SlopeDirection(kStairs.data()) + 0.06 * across.col(1)).normalized();
-  EXPECT_FALSE(SquaredSigmasOff(SlopeOptions(), line, kStairs, 0.01)) << "beyond the limit";
+  EXPECT_FALSE(SquaredSigmasOff(line, kStairs, 0.01)) << "beyond the limit";
 }
 
 TEST(SlopeDetector, RefusesOptionsOutOfRange) {

@@ -37,19 +37,18 @@ class LineLandmarksTest : public testing::LineScene {
 };
 
 TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
-  const ManhattanOptions options;
   HeadingState& heading = *line().heading;
-  heading.lines_given_up = options.min_given_up - 1;
-  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "few lines";
-  heading.lines_given_up = 2 * options.min_given_up;
+  heading.lines_given_up = kMinGivenUpOfHeading - 1;
+  EXPECT_TRUE(RejectHeadings(&window_).empty()) << "few lines";
+  heading.lines_given_up = 2 * kMinGivenUpOfHeading;
   heading.lines_kept = heading.lines_given_up;
-  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "as many follow it";
+  EXPECT_TRUE(RejectHeadings(&window_).empty()) << "as many follow it";
   EXPECT_TRUE(CollectHeadings(window_).front());
   heading.lines_kept = 1;
-  EXPECT_THAT(RejectHeadings(options, &window_), ::testing::ElementsAre(int64_t{kLine}));
+  EXPECT_THAT(RejectHeadings(&window_), ::testing::ElementsAre(int64_t{kLine}));
   EXPECT_TRUE(line().retired);
   EXPECT_FALSE(CollectHeadings(window_).front());
-  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "once";
+  EXPECT_TRUE(RejectHeadings(&window_).empty()) << "once";
 }
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {
@@ -84,7 +83,7 @@ TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
   EXPECT_EQ(line().last_seen_frame(), 0);
   EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
   ExtendLines(*window_.frames.back(), model_, &window_);
-  EXPECT_TRUE(MergeLines(options_, model_, &window_).empty());
+  EXPECT_TRUE(MergeLines(model_, &window_).empty());
   EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
 }
 
@@ -126,7 +125,7 @@ class MergeLinesTest : public LineLandmarksTest {
 };
 
 TEST_F(MergeLinesTest, TheOlderOneIsSeenAsFarAsBothWere) {
-  EXPECT_EQ(MergeLines(options_, model_, &window_), (std::map<int64_t, int64_t>{{kNewer, kLine}}));
+  EXPECT_EQ(MergeLines(model_, &window_), (std::map<int64_t, int64_t>{{kNewer, kLine}}));
   LineExtent expected;
   expected.Add(-1, 1);
   expected.Add(0.5, 2.5);
@@ -140,7 +139,7 @@ TEST_F(MergeLinesTest, TheOlderOneIsSeenAsFarAsBothWere) {
 TEST_F(MergeLinesTest, FramesThatHaveLeftCountOnce) {
   line().released_frames = {-5, -4};
   window_.lines.at(kNewer).released_frames = {-4, -3, -2};
-  MergeLines(options_, model_, &window_);
+  MergeLines(model_, &window_);
   EXPECT_EQ(line().released_frames, (std::vector<int64_t>{-5, -4, -3, -2}));
   EXPECT_EQ(Describe(line()).observations, kFrames + 4);
 }
@@ -161,7 +160,7 @@ class MergeMovedLinesTest : public MergeLinesTest {
       std::erase(line().frames, frame);
     }
   }
-  bool AreMerged() { return !MergeLines(options_, model_, &window_).empty(); }
+  bool AreMerged() { return !MergeLines(model_, &window_).empty(); }
 };
 
 // Across the view the lines are known to a millimetre, along it to some centimetres.

@@ -148,7 +148,7 @@ TEST_F(LineMembersTest, AMergedLineHandsOnItsPointsAlsoThoseThatHaveLeft) {
   line_.points = {5};
   newer.points = {5, 6};
   window_.lines = {{line_.id, line_}, {newer.id, newer}};
-  EXPECT_EQ(MergeLines({}, model_, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
+  EXPECT_EQ(MergeLines(model_, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
   EXPECT_EQ(window_.lines.at(kLine).points, (std::vector<int64_t>{5, 6}));
 }
 
@@ -175,7 +175,7 @@ TEST_F(LineMembersTest, AMergedLineDoesNotBringBackWhatWasRefuted) {
   window_.lines = {{line_.id, line_}, {newer.id, newer}};
   PointsOnLines memberships = InImages({kLine, newer.id});
   memberships.Release({5, kLine});
-  ASSERT_EQ(MergeLines({}, model_, &window_).size(), 1u);
+  ASSERT_EQ(MergeLines(model_, &window_).size(), 1u);
   MergeMembers(newer.id, kLine, &memberships, &window_);
   EXPECT_EQ(window_.lines.at(kLine).points, std::vector<int64_t>{6});
   EXPECT_EQ(memberships.CollectPoints(kLine), (std::vector<int64_t>{kPoint, 6}));
