@@ -31,6 +31,11 @@ def included(text):
     return set(re.findall(r'^#include "([^"]+)"', text, re.M))
 
 
+def without_unnamed(text):
+    """What other files may see: a type in two of them, of one stage, is one type to the linker."""
+    return re.sub(r"^namespace \{\n.*?^\}  // namespace\n", "", text, flags=re.M | re.S)
+
+
 def arrows_between_folders(sources):
     arrows = defaultdict(set)
     for path, text in sources.items():
@@ -75,9 +80,12 @@ def count(root):
     users = Counter(header for path, text in sources.items() for header in included(text)
                     if os.path.splitext(header)[0] != os.path.splitext(path)[0])
     lines = {path: text.count("\n") for path, text in sources.items()}
-    types = [name for path in headers
-             for name in set(re.findall(r"^(?:struct|class) (\w+)[^;]*\{", code[path], re.M))]
+    types = [(path.split(os.sep)[0], name) for path, text in code.items()
+             for name in set(re.findall(r"^(?:struct|class) (\w+)(?: final)?\s*(?::[^:][^;{]*)?\{", without_unnamed(sources[path]), re.M))]
     numbers = {path: count_settings(text) + count_constants(text) for path, text in code.items()}
+    twice = [name for name, n in Counter(types).items() if n > 1]
+    for stage, name in twice:
+        print(f"in two files of {stage}, of which the program would take one for both: {name}")
     circles = folders_in_circles(arrows_between_folders(sources))
     for folder in circles:
         print("in a circle:", folder)
@@ -94,7 +102,7 @@ def count(root):
         "constants": sum(map(count_constants, code.values())),
         "mapping_numbers": sum(n for path, n in numbers.items() if path.startswith("mapping")),
         "folders_in_circles": len(circles),
-        "types_of_one_name_in_headers": sum(n > 1 for n in Counter(types).values()),
+        "types_of_one_name": len(twice),
         "functions_ending_in_Of": sum(len(set(re.findall(r"\b[A-Z]\w*Of(?=\()", text))) for text in code.values()),
         "longest_file": max(lines.values()),
         "readme_words": words,
