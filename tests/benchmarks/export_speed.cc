@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "export/export.h"
-#include "tests/export/page/room_map.h"
+#include "tests/export/web/room_map.h"
 
 namespace slcmap {
 namespace {

@@ -1,7 +1,7 @@
 // See page_speed.sh.
 import { readdirSync, readFileSync, statSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
-import { launch, open, settle } from '../export/page/browser.mjs';
+import { launch, open, settle } from '../export/web/browser.mjs';
 
 const [large, reference] = process.argv.slice(2);
 const VIEWPORT = { width: 1400, height: 900 };

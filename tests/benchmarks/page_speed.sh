@@ -11,7 +11,7 @@ modules=$build/export/page/node_modules
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-"$build/tests/export/page/write_room_page" "$build/share/slcmap/page/page.html" \
+"$build/tests/export/write_room_page" "$build/share/slcmap/page/page.html" \
   "$folder/large.html" 100000 1000000 500
 NODE_PATH=$modules "$modules/.bin/esbuild" "$here/wide_lines.js" --bundle --minify --format=iife \
   --outfile="$folder/wide_lines.js" --log-level=error

@@ -16,8 +16,10 @@
 #include "data/io/ply.h"
 #include "export/scene/scene.h"
 #include "mapping/mapping.h"
+#include "tests/export/web/room_map.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
+#include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -28,31 +30,20 @@ using ::testing::Not;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",
-                              "points.ply",
-                              "lines.ply",
-                              "trajectory.ply",
-                              "keyframes.ply",
-                              "voxels.ply",
-                              "line_bars.ply",
-                              "plan.pdf",
-                              "plan/no_storey.svg",
-                              "plan.dxf",
-                              "map.dxf",
-                              "map.obj",
-                              "map.mtl",
-                              "map.ifc",
-                              "colmap/cameras.txt",
-                              "colmap/images.txt",
-                              "colmap/points3D.txt",
-                              "limap/alltracks.txt",
-                              "limap/lines.txt",
-                              "grid/no_storey.pgm",
-                              "grid/no_storey.yaml",
-                              "points.pcd",
-                              "dense.pcd",
-                              "dense.ply",
-                              "occupancy.bt"};
+// clang-format off
+const char* const kFiles[] = {
+    "scene.glb", "points.ply", "lines.ply", "trajectory.ply", "keyframes.ply", "voxels.ply",
+    "line_bars.ply", "plan.pdf", "plan/no_storey.svg", "plan.dxf", "map.dxf", "map.obj",
+    "map.mtl", "map.ifc", "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt",
+    "limap/alltracks.txt", "limap/lines.txt", "grid/no_storey.pgm", "grid/no_storey.yaml",
+    "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt"};
+// clang-format on
+
+ExportOptions OfFormats(const std::vector<std::string>& formats) {
+  ExportOptions options;
+  options.formats = formats;
+  return options;
+}
 
 // What is logged while it is exported.
 std::string LogOfExport(const MapResult& map, const std::string& folder,
@@ -61,9 +52,7 @@ std::string LogOfExport(const MapResult& map, const std::string& folder,
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
-  ExportOptions options;
-  options.formats = formats;
-  ExportMap(map, folder, options);
+  ExportMap(map, folder, OfFormats(formats));
   spdlog::set_default_logger(before);
   return log.str();
 }
@@ -112,20 +101,21 @@ TEST_F(ExportTest, TheLogTellsWhatFilesCannotHold) {
   EXPECT_THAT(LogOfExport(map, Path("far"), {"limap", "cloud"}),
               HasSubstr("add world_offset_m 451200 5411300 312 of export.json"));
   EXPECT_THAT(LogOfExport(map, Path("obj"), {"obj"}), Not(HasSubstr("world_offset_m")));
-}
-
-TEST_F(ExportTest, AMapWithoutWallsIsTold) {
-  MapResult map = MakeMap();
-  map.building = {};
   map.building.storeys = {{0, 0, 2.5}};
   EXPECT_THAT(LogOfExport(map, Path("plan"), {"svg", "pdf"}), HasSubstr("no wall was found"));
   EXPECT_THAT(LogOfExport(map, Path("obj"), {"obj"}), Not(HasSubstr("no wall")));
 }
 
-TEST_F(ExportTest, AllFormatsAreWritten) {
+TEST_F(ExportTest, AllFormatsAreWrittenOrThoseThatAreWanted) {
   const std::vector<std::string> paths = ExportMap(MakeMap(), folder_, {});
   EXPECT_EQ(paths.size(), std::size(kFiles));
   for (const char* name : kFiles) EXPECT_TRUE(std::filesystem::exists(Path(name))) << name;
+  EXPECT_THAT(ExportMap(MakeMap(), folder_, OfFormats({"glb"})),
+              UnorderedElementsAre(Path("scene.glb")));
+  EXPECT_FALSE(std::filesystem::exists(Path("points.ply"))) << "files of another export";
+  EXPECT_THAT(
+      [&] { ExportMap(MakeMap(), folder_, OfFormats({"step"})); },
+      ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, cloud, svg")));
 }
 
 TEST_F(ExportTest, FilesSayWhereAMapOfFarPosesLies) {
@@ -163,26 +153,16 @@ TEST_F(ExportTest, AnExportThatIsEndedLeavesTheEarlierOne) {
   }
 }
 
-TEST_F(ExportTest, OneFormatAlone) {
-  ExportOptions options;
-  options.formats = {"glb"};
-  EXPECT_THAT(ExportMap(MakeMap(), folder_, options), UnorderedElementsAre(Path("scene.glb")));
-  options.formats = {"step"};
-  EXPECT_THAT(
-      [&] { ExportMap(MakeMap(), folder_, options); },
-      ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, cloud, svg")));
-}
-
 TEST_F(ExportTest, FilesOfOthersInItsFoldersStay) {
-  ExportOptions options;
-  options.formats = {"glb", "colmap"};
-  ExportMap(MakeMap(), folder_, options);
+  ExportMap(MakeMap(), folder_, OfFormats({"glb", "colmap"}));
   const std::string others = temp_.Write("made/export/colmap/database.db", "of the user");
-  EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
-              ThrowsMessage<ConfigError>(HasSubstr("found colmap/database.db")));
+  EXPECT_THAT(
+      [&] {
+        ExportMap(MakeMap(), folder_, OfFormats({"glb", "colmap"}));
+      },
+      ThrowsMessage<ConfigError>(HasSubstr("found colmap/database.db")));
   EXPECT_TRUE(std::filesystem::exists(Path("colmap/cameras.txt")));
-  options.formats = {"glb"};
-  ExportMap(MakeMap(), folder_, options);
+  ExportMap(MakeMap(), folder_, OfFormats({"glb"}));
   EXPECT_EQ(ReadFile(others), "of the user");
   EXPECT_FALSE(std::filesystem::exists(Path("colmap/cameras.txt")));
 }
@@ -199,22 +179,15 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   EXPECT_EQ(CountMatching(model, "line_bars"), 0u);
   EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
   EXPECT_EQ(model.nodes[0].children.size(), 4u);
-}
-
-TEST_F(ExportTest, GltfHoldsVoxelsOnRequest) {
-  const MapResult map = MakeMap();
+  // Up is turned to y.
+  const std::vector<double> q = model.nodes[0].rotation;
+  const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+  EXPECT_LT((rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-9);
+  EXPECT_LT((rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitX()).norm(), 1e-9);
   ExportOptions options;
   options.gltf.voxels = true;
   ExportMap(map, folder_, options);
   EXPECT_EQ(CountMatching(ReadGltf(), "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
-}
-
-TEST_F(ExportTest, GltfTurnsUpToY) {
-  ExportMap(MakeMap(), folder_, {});
-  const std::vector<double> q = ReadGltf().nodes[0].rotation;
-  const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-  EXPECT_LT((rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-9);
-  EXPECT_LT((rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitX()).norm(), 1e-9);
 }
 
 TEST_F(ExportTest, GltfHoldsPositionsAndLinearColours) {
@@ -248,10 +221,6 @@ TEST_F(ExportTest, PclReadsThePointsAndTheMesh) {
   pcl::PolygonMesh mesh;
   ASSERT_EQ(pcl::io::loadPLYFile(Path("voxels.ply"), mesh), 0);
   EXPECT_EQ(mesh.polygons.size(), MakeScene(map, {}).meshes[0].triangles.size());
-}
-
-TEST_F(ExportTest, PlyLinesComeBack) {
-  ExportMap(MakeMap(), folder_, {});
   EXPECT_EQ(ReadLinesPly(Path("lines.ply")).at(0).end_world, Eigen::Vector3d(1, 2.5, 3));
   EXPECT_EQ(ReadLinesPly(Path("trajectory.ply")).size(), 50u);
 }
@@ -318,15 +287,6 @@ TEST_F(ExportTest, ItsSummarySaysWhereTheRunsOfAMergedMapAre) {
   EXPECT_TRUE(ExportSourceIn(folder_).merged.empty());
 }
 
-TEST_F(ExportTest, FilesOfAnotherExportDoNotStay) {
-  ExportMap(MakeMap(), folder_, {});
-  ExportOptions options;
-  options.formats = {"glb"};
-  ExportMap(MakeMap(), folder_, options);
-  EXPECT_FALSE(std::filesystem::exists(Path("points.ply")));
-  EXPECT_TRUE(std::filesystem::exists(Path("scene.glb")));
-}
-
 TEST_F(ExportTest, TheSameMapGivesTheSameBytes) {
   ExportMap(MakeMap(), folder_ + "/a", {});
   ExportMap(MakeMap(), folder_ + "/b", {});
@@ -344,6 +304,46 @@ TEST_F(ExportTest, AFullDiskNamesTheFileAndLeavesTheOldExport) {
                 ThrowsMessage<OutputError>(HasSubstr("scene.glb: cannot be written")));
   }
   EXPECT_EQ(ReadFile(Path("scene.glb")), before);
+}
+
+// PLY files as Open3D reads them back.
+
+const char* const kPython = "/usr/bin/python3";  // that for which Debian has packages
+
+class PlyReadersTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    int status = 0;
+    testing::OutputOf(std::string(kPython) + " -c 'import open3d'", &status);
+    if (status != 0) GTEST_SKIP() << "Open3D is not here: tests/install_readers.sh";
+  }
+
+  std::string Read(const std::string& what, const std::string& file) const {
+    return testing::OutputOf(std::string(kPython) +
+                             " " SLCMAP_SOURCE_DIR "/tests/readers/read_ply.py " + what + " " +
+                             folder_.Path("export/" + file));
+  }
+
+  testing::TempFolder folder_;
+};
+
+TEST_F(PlyReadersTest, ReadWhatIsThereBinaryAndAsText) {
+  const std::pair<std::string, std::string> kFound[] = {
+      {"points points", " 4 101.500 202.500 1.000 102.250 202.500 1.000 coloured"},
+      {"points dense", " 400 100.0"},
+      {"lines lines", " 12 100.000 200.000 0.000 104.000 205.000 2.600"},
+      {"lines trajectory", " 19 101.000 202.500"},
+      {"mesh voxels", " 12 103.000 204.000 0.000 103.100 204.100 0.100 coloured"},
+      {"mesh line_bars", " 144 "}};
+  for (const bool ascii : {false, true}) {
+    ExportOptions options = OfFormats({"ply", "cloud"});
+    options.ply.ascii = ascii;
+    ExportMap(testing::MakeRoomMap(), folder_.Path("export"), options);
+    for (const auto& [what, found] : kFound) {
+      const std::string file = what.substr(what.find(' ') + 1) + ".ply";
+      EXPECT_THAT(Read(what.substr(0, what.find(' ')), file), HasSubstr(file + found)) << ascii;
+    }
+  }
 }
 
 }  // namespace

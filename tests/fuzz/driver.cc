@@ -1,8 +1,9 @@
-// Drives a fuzz target without a fuzzing engine: every input of its corpus, then mutations of them
-// until it has taken so many seconds of CPU, the same ones for the same seed.
+// Drives a fuzz target: every input of its corpus, then mutations of them until it has taken so
+// many seconds of CPU, the same ones for the same seed.
 //
-//   NAME_fuzz SECONDS [CORPUS [SEED]]     mutates; CORPUS "" for the target's own inputs alone
-//   NAME_fuzz FILE                        runs one input, such as a finding
+//   fuzz                                  names the targets
+//   fuzz NAME SECONDS [CORPUS [SEED]]     mutates; CORPUS "" for the target's own inputs alone
+//   fuzz NAME FILE                        runs one input, such as a finding
 //
 // An input that crashes, takes more than ten seconds of CPU or more than 2 GB ends the program, and
 // is left in finding-NAME-SEED-RUN.
@@ -18,10 +19,13 @@
 #include <filesystem>
 #include <iostream>
 
-#include "tests/fuzz/fuzz_target.h"
+#include "data/io/file.h"
 #include "tests/fuzz/mutator.h"
+#include "tests/fuzz/target.h"
 
 namespace {
+
+using slcmap::fuzz::Target;
 
 constexpr int kCpuSecondsAnInput = 10;
 constexpr long kMegabytes = 2048;
@@ -61,18 +65,18 @@ void LimitTime(int seconds) {
   setitimer(ITIMER_PROF, &limit, nullptr);
 }
 
-void RunInput(const std::string& input) {
+void RunInput(const Target& target, const std::string& input) {
   current_input = input;
   LimitTime(kCpuSecondsAnInput);
-  LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
+  target.run(input);
   LimitTime(0);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   if (usage.ru_maxrss > kMegabytes * 1024) slcmap::fuzz::Finding("memory", "more than 2 GB");
 }
 
-std::vector<std::string> Corpus(const std::string& folder) {
-  std::vector<std::string> inputs = slcmap::fuzz::Seeds();
+std::vector<std::string> Corpus(const Target& target, const std::string& folder) {
+  std::vector<std::string> inputs = target.seeds();
   if (folder.empty()) return inputs;
   for (std::string& input : slcmap::fuzz::CollectFiles(folder)) inputs.push_back(std::move(input));
   return inputs;
@@ -85,15 +89,16 @@ double CpuSeconds() {
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
-int64_t MutateFor(double seconds, const std::vector<std::string>& corpus, uint32_t seed,
-                  const std::string& name) {
+int64_t MutateFor(double seconds, const Target& target, const std::vector<std::string>& corpus,
+                  uint32_t seed) {
   slcmap::fuzz::Mutator mutator(seed);
   int64_t runs = 0;
   const double end_s = CpuSeconds() + seconds;
   for (; CpuSeconds() < end_s; ++runs) {
-    finding_path = "finding-" + name + "-" + std::to_string(seed) + "-" + std::to_string(runs);
-    RunInput(
-        mutator.Mutate(corpus[mutator.Below(corpus.size())], corpus[mutator.Below(corpus.size())]));
+    finding_path =
+        "finding-" + target.name + "-" + std::to_string(seed) + "-" + std::to_string(runs);
+    RunInput(target, mutator.Mutate(corpus[mutator.Below(corpus.size())],
+                                    corpus[mutator.Below(corpus.size())]));
   }
   return runs;
 }
@@ -107,25 +112,31 @@ extern "C" const char* __asan_default_options() {
 extern "C" const char* __ubsan_default_options() { return "halt_on_error=1:abort_on_error=1"; }
 
 int main(int argc, char** argv) {
+  const std::vector<Target> targets = slcmap::fuzz::Targets();
   if (argc < 2) {
-    std::cerr << "usage: " << argv[0] << " SECONDS [CORPUS [SEED]] | FILE\n";
+    for (const Target& target : targets) std::cout << target.name << "\n";
+    return 0;
+  }
+  const auto found = std::ranges::find(targets, std::string(argv[1]), &Target::name);
+  if (found == targets.end() || argc < 3) {
+    std::cerr << "usage: " << argv[0] << " [NAME SECONDS [CORPUS [SEED]] | NAME FILE]\n";
     return 2;
   }
-  const std::string name = std::filesystem::path(argv[0]).filename().string();
-  finding_path = "finding-" + name;
-  if (std::filesystem::is_regular_file(argv[1])) {
-    RunInput(slcmap::ReadFile(argv[1]));
+  const Target& target = *found;
+  finding_path = "finding-" + target.name;
+  if (std::filesystem::is_regular_file(argv[2])) {
+    RunInput(target, slcmap::ReadFile(argv[2]));
     return 0;
   }
   HandleSignals();
-  const std::vector<std::string> corpus = Corpus(argc > 2 ? argv[2] : "");
+  const std::vector<std::string> corpus = Corpus(target, argc > 3 ? argv[3] : "");
   if (corpus.empty()) {
-    std::cerr << name << ": found no input, expected some in the corpus\n";
+    std::cerr << target.name << ": found no input, expected some in the corpus\n";
     return 2;
   }
-  for (const std::string& input : corpus) RunInput(input);
-  const uint32_t seed = argc > 3 ? static_cast<uint32_t>(std::stoul(argv[3])) : 1;
-  const int64_t runs = MutateFor(std::stod(argv[1]), corpus, seed, name);
-  std::cout << name << ": " << corpus.size() << " inputs and " << runs << " mutations in "
+  for (const std::string& input : corpus) RunInput(target, input);
+  const uint32_t seed = argc > 4 ? static_cast<uint32_t>(std::stoul(argv[4])) : 1;
+  const int64_t runs = MutateFor(std::stod(argv[2]), target, corpus, seed);
+  std::cout << target.name << ": " << corpus.size() << " inputs and " << runs << " mutations in "
             << std::lround(CpuSeconds()) << " s of CPU\n";
 }

@@ -9,22 +9,20 @@ cd "$(dirname "$0")/../.."
 seconds=${1:?SECONDS is missing}
 shift
 names=("$@")
-if [ ${#names[@]} -eq 0 ]; then
-  for file in tests/fuzz/*_fuzz.cc; do names+=("$(basename "$file" _fuzz.cc)"); done
-fi
 launcher=()
 if command -v ccache >/dev/null; then
   launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 fi
 cmake --preset sanitize "${launcher[@]}" >/dev/null
-cmake --build --preset sanitize --target "${names[@]/%/_fuzz}"
+cmake --build --preset sanitize --target fuzz
 
 found=0
 corpora=$PWD/tests/fuzz/corpus
 cd build-sanitize
+[ ${#names[@]} -gt 0 ] || mapfile -t names < <(tests/fuzz/fuzz)
 for name in "${names[@]}"; do
   corpus=$corpora/$name
   [ -d "$corpus" ] || corpus=""
-  tests/fuzz/"$name"_fuzz "$seconds" "$corpus" "$(date +%s)" || found=1
+  tests/fuzz/fuzz "$name" "$seconds" "$corpus" "$(date +%s)" || found=1
 done
 exit $found

@@ -158,19 +158,6 @@ TEST_F(EvaluateLongLines, CtrlCLeavesTheTrajectorysFigures) {
               AllOf(HasSubstr("posyaw"), HasSubstr("\"partial_reason\": \"interrupted\"")));
 }
 
-TEST(EvaluateCommand, FilesOfTheWrongKindAreNamed) {
-  const TempFolder folder;
-  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
-  const std::string tum = folder.Path("run/trajectory.tum");
-  ExpectError(RunSlcmap("evaluate --truth " + folder.Path("run") + " --estimate " + tum), 1,
-              "run: found a folder, expected a trajectory file");
-  ExpectError(RunSlcmap("evaluate --truth " + tum + " --estimate " + tum + " --max-truth-gap nan"),
-              2, "--max-truth-gap: found nan");
-  std::filesystem::resize_file(folder.Write("huge.tum", ""), 400000000);  // of no blocks
-  ExpectError(RunSlcmap("evaluate --estimate " + tum + " --truth " + folder.Path("huge.tum")), 1,
-              "found 400000000 bytes, expected at most 300000000");
-}
-
 TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {
   const TempFolder folder;
   const std::string truth = folder.Write("mav0/state_groundtruth_estimate0/data.csv",
@@ -193,20 +180,33 @@ TEST(EvaluateCommand, ErrorsNameThePlace) {
   const std::string b =
       folder.Write("b.tum", "5.0 0 0 0 0 0 0 1\n5.1 0 0 0 0 0 0 1\n5.2 0 0 0 0 0 0 1\n");
   const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 x 0 0 0 0 0 1\n");
-  ExpectError(RunSlcmap("evaluate --truth " + a), 2, "evaluate: found no --estimate");
-  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + folder.Path("none.tum")), 1,
-              "none.tum");
-  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + bad), 1, "bad.tum: row 2");
+  const std::string huge = folder.Write("huge.tum", "");
+  std::filesystem::resize_file(huge, 400000000);  // of no blocks
+  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
+  const struct {
+    std::string arguments;
+    int exit_code;
+    std::string words;
+  } kWrong[] = {
+      {a, 2, "evaluate: found no --estimate"},
+      {a + " --estimate " + folder.Path("none.tum"), 1, "none.tum"},
+      {a + " --estimate " + bad, 1, "bad.tum: row 2"},
+      {a + " --estimate " + b, 1, "b.tum against " + a + ": found 0 of 3"},
+      {a + " --estimate " + a + " --max-truth-gap 0", 2,
+       "--max-truth-gap: found 0, expected more than 0 s"},
+      {a + " --estimate " + a + " --max-truth-gap nan", 2, "--max-truth-gap: found nan"},
+      {a + " --estimate " + a + " --json /dev/full", 1, "/dev/full: cannot be written"},
+      {folder.Path("run") + " --estimate " + a, 1,
+       "run: found a folder, expected a trajectory file"},
+      {huge + " --estimate " + a, 1, "found 400000000 bytes, expected at most 300000000"}};
+  for (const auto& wrong : kWrong) {
+    SCOPED_TRACE(wrong.arguments);
+    ExpectError(RunSlcmap("evaluate --truth " + wrong.arguments), wrong.exit_code, wrong.words);
+  }
   const std::string lost =
       folder.Write("lost.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n1.2 1 1 0 0 0 0 1\n");
   EXPECT_THAT(RunSlcmap("evaluate --truth " + a + " --estimate " + lost).error,
               HasSubstr("lost.tum: 1 rows hold no numbers (NaN), first row 2, and are left out"));
-  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + b), 1,
-              "b.tum against " + a + ": found 0 of 3");
-  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --max-truth-gap 0"), 2,
-              "--max-truth-gap: found 0, expected more than 0 s");
-  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --json /dev/full"), 1,
-              "/dev/full: cannot be written");
 }
 
 }  // namespace

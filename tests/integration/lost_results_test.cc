@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <nlohmann/json.hpp>
+
 #include "odometry/run/run_folder.h"
-#include "tests/integration/slcmap_process.h"
-#include "tests/testing/made_run.h"
+#include "tests/integration/made_map.h"
+#include "tests/testing/edge_walk.h"
 #include "tests/testing/small_sequence.h"
 #include "tests/testing/temp_folder.h"
 
@@ -21,20 +23,16 @@ using testing::ReadText;
 using testing::RunSlcmap;
 using testing::TempFolder;
 
-class LostResults : public ::testing::Test {
+class LostResults : public testing::MadeMap {
  protected:
   LostResults() {
-    WriteRunFolder(run_, testing::MakeWallRun());
     OdometryRun partial = testing::MakeWallRun();
     partial.complete = false;
     partial.partial_reason = "interrupted";
     WriteRunFolder(partial_, partial);
-    EXPECT_EQ(RunSlcmap("-q map " + run_ + " -o " + map_).exit_code, 0);
   }
 
-  TempFolder folder_;
-  const std::string run_ = folder_.Path("run"), partial_ = folder_.Path("partial"),
-                    map_ = folder_.Path("map");
+  const std::string partial_ = folder_.Path("partial");
 };
 
 TEST_F(LostResults, APartialMapIsPutBesideACompleteOne) {
@@ -74,13 +72,22 @@ TEST_F(LostResults, ARefusedRunRemovesNothingAndLeavesNothing) {
   EXPECT_FALSE(fs::exists(folder_.Path("deep")));
 }
 
-TEST_F(LostResults, APageThatIsTheUsersStopsARunBeforeItBegins) {
+TEST_F(LostResults, WhatIsTheUsersStopsACommandBeforeItBegins) {
   testing::WriteSequence(folder_, {});
   const std::string page = folder_.Write("out/map.html", "<!doctype html> notes");
   ExpectError(RunSlcmap("run " + folder_.Path("mav0") + " -o " + folder_.Path("out")), 2,
               "map.html: found a file that is no page of a map by slcmap");
   EXPECT_EQ(ReadText(page), "<!doctype html> notes");
   EXPECT_FALSE(fs::exists(folder_.Path("out/run")));
+  const std::string summary = folder_.Write("mine/run.json", "x");
+  ExpectError(RunSlcmap("odometry " + folder_.Path("mav0") + " -o " + folder_.Path("mine")), 2,
+              "found run.json, which is not of a run");
+  EXPECT_EQ(ReadText(summary), "x");
+  for (const char* command : {"run ", "odometry ", "compare "}) {
+    ExpectError(RunSlcmap(command + folder_.Path() + " -o " + folder_.Path("x")), 2,
+                "nothing is written into what is read");
+    EXPECT_FALSE(fs::exists(folder_.Path("x"))) << command;
+  }
 }
 
 TEST_F(LostResults, APageReplacesNothingButAPage) {
@@ -113,22 +120,88 @@ TEST_F(LostResults, WhatIsReadIsNotReplaced) {
   ExpectError(RunSlcmap("merge " + map_ + " " + map_ + " -o " + map_), 2, "found the input");
 }
 
-TEST_F(LostResults, NothingIsWrittenIntoARecordingThatIsRead) {
-  testing::WriteSequence(folder_, {});
-  const std::string sequence = folder_.Path();
-  for (const char* command : {"run ", "odometry ", "compare "}) {
-    ExpectError(RunSlcmap(command + sequence + " -o " + sequence + "/x"), 2,
-                "nothing is written into what is read");
-    EXPECT_FALSE(fs::exists(folder_.Path("x"))) << command;
+// Commands that would give a figure of nothing, or replace what they read, say so instead.
+
+// A run over a walk past some edges, and its true poses.
+class EvaluatedWalk : public ::testing::Test {
+ protected:
+  EvaluatedWalk() {
+    WriteRunFolder(run_, testing::RunOver(kWalk));
+    WriteTumTrajectory(truth_, kWalk);
   }
+
+  ProcessResult Evaluate(const std::string& more) const {
+    return RunSlcmap("evaluate --truth " + truth_ + " --estimate " + run_ + "/trajectory.tum " +
+                     more);
+  }
+
+  const Trajectory kWalk = testing::Walk(40);
+  TempFolder folder_;
+  const std::string run_ = folder_.Path("run"), truth_ = folder_.Path("truth.tum");
+};
+
+TEST_F(EvaluatedWalk, ObservationsOfAnotherRecordingAreNamed) {
+  const ProcessResult right = Evaluate("--observations " + run_);
+  EXPECT_EQ(right.exit_code, 0) << right.error;
+  EXPECT_THAT(right.output, HasSubstr("each placed alone: 0.0"));
+
+  OdometryRun other = testing::RunOver(kWalk);
+  for (Keyframe& keyframe : other.keyframes) keyframe.stamp_ns += ToNanoseconds(1000);
+  for (OnlineState& state : other.states) state.stamp_ns += ToNanoseconds(1000);
+  WriteRunFolder(folder_.Path("other"), other);
+  const std::string json = folder_.Path("figures.json");
+  const ProcessResult wrong =
+      Evaluate("--observations " + folder_.Path("other") + " --json " + json);
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.error, AllOf(HasSubstr("other: found no keyframe at whose stamp"),
+                                 HasSubstr("(keyframes: 40 of 1000.000 to 1019.500 s; estimated "
+                                           "poses: 40 of 0.000 to 19.500 s"),
+                                 HasSubstr("expected a run of the same recording and clock")));
+  EXPECT_FALSE(std::filesystem::exists(json));
 }
 
-TEST_F(LostResults, AFileByTheNameOfASummaryIsTheUsers) {
-  testing::WriteSequence(folder_, {});
-  const std::string summary = folder_.Write("mine/run.json", "x");
-  ExpectError(RunSlcmap("odometry " + folder_.Path("mav0") + " -o " + folder_.Path("mine")), 2,
-              "found run.json, which is not of a run");
-  EXPECT_EQ(ReadText(summary), "x");
+TEST_F(EvaluatedWalk, NothingThatIsReadIsReplaced) {
+  const std::string truth = ReadText(truth_), summary = ReadText(run_ + "/run.json");
+  ExpectError(Evaluate("--json " + truth_), 2, "--json: found " + truth_ + ", which is read");
+  ExpectError(Evaluate("--json " + run_ + "/run.json"), 2, "which lies in a run (");
+  ExpectError(Evaluate("--json " + run_ + "/deeper/figures.json"), 2, "which lies in a run (");
+  ExpectError(Evaluate("--plots " + run_), 2, "--plots: found " + run_ + ", which lies in a run");
+  folder_.Write("unfinished/journal/header.json", "");
+  ExpectError(Evaluate("--plots " + folder_.Path("unfinished/plots")), 2, "which lies in a run (");
+  folder_.Write("map/map.json", "");
+  folder_.Write("map/points.ply", "");
+  ExpectError(Evaluate("--json " + folder_.Path("map/x.json")), 2, "which lies in a map (");
+  folder_.Write("seq/mav0/cam0/data.csv", "");
+  ExpectError(Evaluate("--json " + folder_.Path("seq/mav0/cam0/data.csv")), 2,
+              "which lies in a recording (");
+  ExpectError(Evaluate("--plots " + folder_.Path("seq/plots")), 2, "which lies in a recording (");
+  EXPECT_EQ(ReadText(truth_), truth);
+  EXPECT_EQ(ReadText(run_ + "/run.json"), summary);
+  EXPECT_FALSE(std::filesystem::exists(run_ + "/top.svg"));
+  folder_.Write("comparison/compare.json", R"({"format": "slcmap comparison"})");
+  ExpectError(Evaluate("--json " + folder_.Path("comparison/evaluate.json")), 2,
+              "which lies in a comparison (");
+  folder_.Write("run.json", "{}");  // of something else
+  const std::string again =
+      "--json " + folder_.Path("figures.json") + " --plots " + folder_.Path("plots");
+  EXPECT_EQ(Evaluate(again).exit_code, 0);
+  EXPECT_EQ(Evaluate(again).exit_code, 0);
+}
+
+TEST_F(EvaluatedWalk, FiguresOfAMapWithoutPointsAreNull) {
+  EXPECT_EQ(RunSlcmap("map " + run_ + " --sparse -o " + folder_.Path("map")).exit_code, 0);
+  ExpectError(Evaluate("--map " + run_), 1, "run: found a run folder, expected a map folder");
+  ExpectError(Evaluate("--observations " + folder_.Path("map")), 1,
+              "map: found a map folder, expected a run folder");
+  const std::string json = folder_.Path("figures.json");
+  const ProcessResult result = Evaluate("--map " + folder_.Path("map") + " --json " + json);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("flatness  too few points near each other"),
+                                   HasSubstr("walls     none with points enough")));
+  const auto map = nlohmann::json::parse(ReadText(json))["map"];
+  EXPECT_TRUE(map["flatness"].is_null());
+  EXPECT_TRUE(map["survey"]["lean_median_m"].is_null());
+  EXPECT_TRUE(map["survey"]["distance_bound_95_median_m"].is_null());
 }
 
 }  // namespace

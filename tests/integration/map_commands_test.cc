@@ -8,8 +8,7 @@
 #include "data/io/map_line.h"
 #include "data/io/ply.h"
 #include "odometry/run/run_folder.h"
-#include "tests/integration/slcmap_process.h"
-#include "tests/testing/made_run.h"
+#include "tests/integration/made_map.h"
 #include "tests/testing/small_sequence.h"
 #include "tests/testing/temp_folder.h"
 
@@ -23,21 +22,18 @@ using testing::ProcessResult;
 using testing::RunSlcmap;
 using testing::TempFolder;
 
-TEST(MapCommands, ARunBecomesAMapAndItsExport) {
-  const TempFolder folder;
-  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
-  const ProcessResult map = RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map"));
-  EXPECT_EQ(map.exit_code, 0) << map.error;
-  EXPECT_THAT(map.error, HasSubstr("51 poses"));
-  const ProcessResult exported = RunSlcmap("export " + folder.Path("map") + " -o " +
-                                           folder.Path("export") + " --format glb,ply");
+class OverwritingTest : public testing::MadeMap {};
+
+TEST_F(OverwritingTest, ARunBecomesAMapAndItsExport) {
+  const std::string out = folder_.Path("export"), command = "export " + map_ + " -o " + out;
+  EXPECT_THAT(RunSlcmap("map " + run_ + " -o " + map_).error, HasSubstr("51 poses"));
+  const ProcessResult exported = RunSlcmap(command + " --format glb,ply");
   EXPECT_EQ(exported.exit_code, 0) << exported.error;
-  EXPECT_GT(std::filesystem::file_size(folder.Path("export/scene.glb")), 10000u);
-  EXPECT_TRUE(std::filesystem::exists(folder.Path("export/trajectory.ply")));
-  const ProcessResult onto_a_file =
-      RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export/scene.glb"));
+  EXPECT_GT(std::filesystem::file_size(out + "/scene.glb"), 10000u);
+  EXPECT_TRUE(std::filesystem::exists(out + "/trajectory.ply"));
+  const ProcessResult onto_a_file = RunSlcmap(command + "/scene.glb");
   EXPECT_EQ(onto_a_file.exit_code, 1) << onto_a_file.error;
-  EXPECT_NE(onto_a_file.error.find("scene.glb"), std::string::npos);
+  EXPECT_THAT(onto_a_file.error, HasSubstr("scene.glb"));
 }
 
 TEST(MapCommands, LinesReachTheMapAndTheExport) {
@@ -75,29 +71,21 @@ TEST(MapCommands, APartialRunIsMappedWithAWarning) {
   EXPECT_THAT(exported.error, HasSubstr("the map is partial: interrupted"));
 }
 
-TEST(MapCommands, TheVerdictOnTheRunIsToldAndKept) {
+TEST(MapCommands, TheVerdictOnTheRunIsToldAndKeptAndSegmentsAreReported) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();
   run.verdict.emplace().Add(
       {VerdictLevel::kFailed, "points-rejected", "80 %", "at most 12 %", "let slcmap check it"});
+  for (size_t i = run.states.size() / 2; i < run.states.size(); ++i) run.states[i].segment = 1;
   WriteRunFolder(folder.Path("run"), run);
   const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
   EXPECT_EQ(map.exit_code, 0) << map.error;
   EXPECT_THAT(map.error, AllOf(HasSubstr("run: verdict: failed"),
                                HasSubstr("points-rejected: found 80 %, expected at most 12 %; "
-                                         "remedy: let slcmap check it")));
+                                         "remedy: let slcmap check it"),
+                               HasSubstr("run: the estimator lost itself 1 times")));
   EXPECT_THAT(testing::ReadText(folder.Path("map/map.json")),
               HasSubstr("\"verdict\": {\n    \"level\": \"failed\""));
-}
-
-TEST(MapCommands, SegmentsAreReported) {
-  const TempFolder folder;
-  OdometryRun run = testing::MakeWallRun();
-  for (size_t i = run.states.size() / 2; i < run.states.size(); ++i) run.states[i].segment = 1;
-  WriteRunFolder(folder.Path("run"), run);
-  const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
-  EXPECT_EQ(map.exit_code, 0) << map.error;
-  EXPECT_THAT(map.error, HasSubstr("run: the estimator lost itself 1 times"));
 }
 
 void WriteRunWithoutPoses(const std::string& folder) {
@@ -137,36 +125,20 @@ TEST(MapCommands, OneEmptyMapReplacesAnotherButNoMapOfSomething) {
   EXPECT_TRUE(std::filesystem::exists(folder.Path("map/previous-1/map.json")));
 }
 
-TEST(MapCommands, ErrorsNameThePlace) {
-  const TempFolder folder;
-  const std::string run = folder.Path("run"), map = folder.Path("map"), none = folder.Path("none");
-  WriteRunFolder(run, testing::MakeWallRun());
-  ExpectError(RunSlcmap("map " + none + " -o " + map), 1,
-              "none: found no such folder, expected a run folder");
-  ExpectError(RunSlcmap("map " + run), 2, "map: found no --output, expected one");
-  ExpectError(RunSlcmap("map " + run + " -o /proc/map"), 1, "/proc/map");
-  const std::string config = folder.Write("bad.yaml", "mapping: {cloud: {voxel: 1}}\n");
-  ExpectError(RunSlcmap("map " + run + " -o " + map + " --config " + config), 2,
+TEST_F(OverwritingTest, ErrorsNameThePlace) {
+  const std::string none = folder_.Path("none");
+  ExpectError(RunSlcmap("map " + run_), 2, "map: found no --output, expected one");
+  ExpectError(RunSlcmap("map " + run_ + " -o /proc/map"), 1, "/proc/map");
+  const std::string config = folder_.Write("bad.yaml", "mapping: {cloud: {voxel: 1}}\n");
+  ExpectError(RunSlcmap("map " + run_ + " -o " + map_ + " --config " + config), 2,
               "bad.yaml: mapping.cloud.voxel: unknown key");
-  ExpectError(RunSlcmap("export " + none + " -o " + map), 1,
-              "none: found no such folder, expected a map folder");
-  ExpectError(RunSlcmap("export " + run + " -o " + map), 1,
-              "run: found a run folder, expected a map folder");
-  EXPECT_EQ(RunSlcmap("map " + run + " -o " + map).exit_code, 0);
-  ExpectError(RunSlcmap("export " + map + " -o " + none + " --format step"), 2, "found 'step'");
+  ExpectError(RunSlcmap("export " + map_ + " -o " + none + " --format step"), 2, "found 'step'");
   EXPECT_FALSE(std::filesystem::exists(none));
-}
-
-class OverwritingTest : public ::testing::Test {
- protected:
-  OverwritingTest() {
-    WriteRunFolder(run_, testing::MakeWallRun());
-    EXPECT_EQ(RunSlcmap("-q map " + run_ + " -o " + map_).exit_code, 0);
+  for (const std::string& command :
+       {"map " + run_, "export " + map_, "view " + map_, "odometry " + run_, "run " + run_}) {
+    ExpectError(RunSlcmap(command + " -o ''"), 2, "--output: found an empty text");
   }
-
-  TempFolder folder_;
-  const std::string run_ = folder_.Path("run"), map_ = folder_.Path("map");
-};
+}
 
 TEST_F(OverwritingTest, AStagesInputIsNeverItsOutput) {
   const std::string landmarks = testing::ReadText(run_ + "/points.ply"),
@@ -255,13 +227,6 @@ TEST_F(ViewTest, PicturesComeFromWhereTheRecordingIs) {
   EXPECT_EQ(again.exit_code, 0) << again.error;
 }
 
-TEST_F(OverwritingTest, AnEmptyPathIsAUsageError) {
-  for (const std::string& command :
-       {"map " + run_, "export " + map_, "view " + map_, "odometry " + run_, "run " + run_}) {
-    ExpectError(RunSlcmap(command + " -o ''"), 2, "--output: found an empty text");
-  }
-}
-
 TEST_F(OverwritingTest, ARefusedStageLeavesTheOldResults) {
   const std::string summary = testing::ReadText(map_ + "/map.json");
   ExpectError(RunSlcmap("map " + folder_.Path("none") + " -o " + map_), 1,
@@ -272,16 +237,20 @@ TEST_F(OverwritingTest, ARefusedStageLeavesTheOldResults) {
 }
 
 TEST_F(OverwritingTest, AnotherKindOfFolderIsNamed) {
-  const std::string out = " -o " + folder_.Path("out");
-  ExpectError(RunSlcmap("map " + map_ + out), 1, "map: found a map folder, expected a run folder");
-  ExpectError(RunSlcmap("export " + run_ + out), 1,
-              "run: found a run folder, expected a map folder");
-  ExpectError(RunSlcmap("odometry " + map_ + out), 1,
-              "map: found a map folder, expected a recorded sequence");
-  ExpectError(RunSlcmap("map " + run_ + "/run.json" + out), 1,
-              "run.json: found a file, expected a run folder");
-  ExpectError(RunSlcmap("map " + folder_.Path() + out), 1, "/run'?");  // that of both
-  ExpectError(RunSlcmap("export " + folder_.Path() + out), 1, "/map'?");
+  const std::string none = folder_.Path("none");
+  const std::pair<std::string, std::string> kWrong[] = {
+      {"map " + map_, "map: found a map folder, expected a run folder"},
+      {"map " + none, "none: found no such folder, expected a run folder"},
+      {"map " + run_ + "/run.json", "run.json: found a file, expected a run folder"},
+      {"map " + folder_.Path(), "/run'?"},  // that of both
+      {"export " + run_, "run: found a run folder, expected a map folder"},
+      {"export " + none, "none: found no such folder, expected a map folder"},
+      {"export " + folder_.Path(), "/map'?"},
+      {"odometry " + map_, "map: found a map folder, expected a recorded sequence"}};
+  for (const auto& [command, words] : kWrong) {
+    SCOPED_TRACE(command);
+    ExpectError(RunSlcmap(command + " -o " + folder_.Path("out")), 1, words);
+  }
 }
 
 TEST_F(OverwritingTest, AMapTooLargeForMemoryIsRefusedWithWhatWouldDo) {

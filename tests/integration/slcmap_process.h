@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 #include <sys/wait.h>
 
 #include <csignal>
@@ -61,6 +62,30 @@ inline ProcessResult InterruptAfter(const std::string& waiting, const std::strin
 inline ProcessResult InterruptSlcmap(const std::string& arguments, const std::string& words) {
   return InterruptAfter(
       "for i in {1..600}; do grep -q '" + words + "' \\$log && break; sleep 0.1; done", arguments);
+}
+
+// A rig of small images for the simulator, in Kalibr's form.
+inline std::string RigYaml(int scale) {
+  std::string text;
+  for (const int camera : {0, 1}) {
+    text += fmt::format(
+        "cam{0}: {{camera_model: pinhole, intrinsics: [{1}, {1}, {2}, {3}],\n"
+        "  distortion_model: radtan, distortion_coeffs: [-0.1, 0.01, 0, 0],\n"
+        "  resolution: [{4}, {1}], T_imu_cam: [[0, -1, 0, 0], [1, 0, 0, {5}], [0, 0, 1, 0],\n"
+        "  [0, 0, 0, 1]]}}\n",
+        camera, 60 * scale, 47 * scale - 0.5, 30 * scale - 0.5, 94 * scale,
+        camera == 0 ? -0.05 : 0.05);
+  }
+  return text +
+         "imu0: {gyroscope_noise_density: 1.7e-4, gyroscope_random_walk: 2e-5,\n"
+         "  accelerometer_noise_density: 2e-3, accelerometer_random_walk: 3e-3, "
+         "update_rate: 200}\n";
+}
+
+inline int CountRows(const std::string& path) {
+  int rows = 0;
+  for (const char c : ReadText(path)) rows += c == '\n';
+  return rows;
 }
 
 // One line, in the form of every error.

@@ -6,19 +6,14 @@
 
 #include "data/simulator/sequence_writer.h"
 #include "tests/testing/example.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap {
 
 // The example rig with images so small that tests are quick.
 inline Rig SmallRig() {
   Rig rig = ExampleStereoRig();
-  for (Camera& camera : rig.cameras) {
-    camera.width_px = 300;
-    camera.height_px = 192;
-    camera.fx_px = camera.fy_px = 174;
-    camera.cx_px = 149.5;
-    camera.cy_px = 95.5;
-  }
+  rig.cameras.fill(testing::PinholeCamera(300, 192, 174, 149.5, 95.5));
   return rig;
 }
 

@@ -6,6 +6,7 @@
 #include "apps/evaluation/truth.h"
 #include "data/core/types.h"
 #include "data/io/trajectory.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {
 
@@ -18,13 +19,7 @@ inline std::vector<Triangle> WallAtX(double at_m, double half_m) {
 
 inline Rig ForwardRig() {
   Rig rig;
-  Camera& camera = rig.cameras[0];
-  camera.width_px = 320;
-  camera.height_px = 240;
-  camera.fx_px = camera.fy_px = 200;
-  camera.cx_px = 159.5;
-  camera.cy_px = 119.5;
-  rig.cameras[1] = camera;
+  rig.cameras.fill(PinholeCamera(320, 240, 200, 159.5, 119.5));
   rig.T_imu_camera[0].rotation = Eigen::Quaterniond(
       (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());  // looks along x
   rig.T_imu_camera[1] = rig.T_imu_camera[0];

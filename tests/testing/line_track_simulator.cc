@@ -5,8 +5,6 @@
 #include <map>
 #include <random>
 
-#include "data/core/error.h"
-
 namespace slcmap {
 namespace {
 
@@ -273,38 +271,8 @@ class LineTrackSimulator {
 
 }  // namespace
 
-void LineTrackSimulatorOptions::Check() const {
-  if (max_lines < 1) throw ConfigError("max_lines: expected at least 1");
-  if (!(general_share >= 0 && general_share <= 1)) {
-    throw ConfigError("general_share: expected a number from 0 to 1");
-  }
-  if (!(sloped_share >= 0 && sloped_share <= 1)) {
-    throw ConfigError("sloped_share: expected a number from 0 to 1");
-  }
-  if (!(deviation_rad >= 0)) throw ConfigError("deviation_rad: expected zero or more");
-  if (edges_per_object < 1) throw ConfigError("edges_per_object: expected at least 1");
-  if (points_per_edge < 0) throw ConfigError("points_per_edge: expected zero or more");
-  if (!(scatter_m >= 0)) throw ConfigError("scatter_m: expected zero or more");
-  if (crossings_per_edge < 0) throw ConfigError("crossings_per_edge: expected zero or more");
-  if (!(sigma_px >= 0)) throw ConfigError("sigma_px: expected zero or more");
-  if (!(end_shift_px >= 0)) throw ConfigError("end_shift_px: expected zero or more");
-  if (!(min_length_px > 0)) throw ConfigError("min_length_px: expected a positive number");
-  if (!(margin_px >= 0)) throw ConfigError("margin_px: expected zero or more");
-  if (!(max_length_m > 0)) throw ConfigError("max_length_m: expected a positive number");
-  if (!(min_depth_m > 0)) throw ConfigError("min_depth_m: expected a positive number");
-  if (!(max_depth_m >= min_depth_m)) {
-    throw ConfigError("max_depth_m: expected at least min_depth_m");
-  }
-}
-
 void AddLineTracks(const Rig& rig, const LineTrackSimulatorOptions& options,
                    SimulatedTracks* tracks) {
-  options.Check();
-  for (const Camera& camera : rig.cameras) {
-    if (camera.distortion != Distortion::kNone) {
-      throw ConfigError("line tracks: expected cameras without distortion");
-    }
-  }
   LineTrackSimulator(rig, options, tracks).Run();
 }
 

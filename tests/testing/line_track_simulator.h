@@ -31,14 +31,13 @@ struct LineTrackSimulatorOptions {
   double min_depth_m = 1.5;    // of its middle, in the camera that sees it first
   double max_depth_m = 8;
   uint64_t seed = 1;
-  void Check() const;  // throws ConfigError
 };
 
 // Adds edges, their tracks and those of the landmarks on them to all frames. An edge is tracked
 // while the left camera sees enough of it, and for good given up afterwards; where there are fewer
 // than max_lines, new ones are taken up. A track that slides has where it was first in
-// landmarks_world, and is on its edge's list of crossings. Throws ConfigError for cameras with
-// distortion, in which lines are not straight.
+// landmarks_world, and is on its edge's list of crossings. For cameras without distortion, in which
+// lines are straight.
 void AddLineTracks(const Rig& rig, const LineTrackSimulatorOptions& options,
                    SimulatedTracks* tracks);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "tests/testing/pinhole_camera.h"
+
 namespace slcmap::testing {
 namespace {
 
@@ -11,9 +13,7 @@ constexpr int kRate_hz = 10;
 
 Rig MakeRig() {
   Rig rig;
-  for (Camera& camera : rig.cameras) {
-    camera = {Distortion::kNone, 640, 480, 320, 320, 319.5, 239.5, Eigen::Vector4d::Zero()};
-  }
+  rig.cameras.fill(PinholeCamera(640, 480, 320, 319.5, 239.5));
   // The camera's z is the body's x, its x is -y, its y is -z.
   Eigen::Matrix3d R_imu_camera;
   R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;

@@ -206,7 +206,6 @@ struct SimulatedRun {
   Rig rig;
   std::vector<OnlineState> states;
   std::vector<RigidTransform> truth;  // beside the states
-  std::vector<Eigen::Vector3d> true_velocity;
   SimulatedImu imu;
   std::vector<Eigen::Vector3d> landmarks_world;  // row: id of the point
   std::vector<SimulatedEdge> edges;              // row: id of the line
@@ -404,7 +403,6 @@ inline SimulatedRun RunOnSimulatedTracks(
     if (!state) continue;
     out.states.push_back(*state);
     out.truth.push_back(frame.T_world_imu);
-    out.true_velocity.push_back(motion.VelocityAt(ToSeconds(frame.stamp_ns)));
   }
   estimator.Describe(&out.run);
   out.removed_points = points.removed();

@@ -6,8 +6,6 @@
 #include <limits>
 #include <random>
 
-#include "data/core/error.h"
-
 namespace slcmap {
 namespace {
 
@@ -53,29 +51,15 @@ class TrackSimulator {
   }
 
  private:
-  struct LiveTrack {
-    int64_t id;
-    int frames;
-  };
-
   void AddFrame(double t_s) {
     SimulatedTrackFrame frame;
     frame.stamp_ns =
         options_.start_stamp_ns + ToNanoseconds(t_s) - ToNanoseconds(rig_.camera_time_offset_s);
     frame.T_world_imu = motion_.PoseAt(t_s);
-    std::erase_if(live_, [&](const LiveTrack& track) {
-      return IsOld(track) || !See(frame.T_world_imu, track.id, 0);
-    });
+    std::erase_if(live_, [&](int64_t id) { return !See(frame.T_world_imu, id, 0); });
     TakeUpNew(frame.T_world_imu);
-    for (LiveTrack& track : live_) {
-      frame.tracks.push_back(Measure(frame.T_world_imu, track.id));
-      ++track.frames;
-    }
+    for (const int64_t id : live_) frame.tracks.push_back(Measure(frame.T_world_imu, id));
     result_.frames.push_back(std::move(frame));
-  }
-
-  bool IsOld(const LiveTrack& track) const {
-    return options_.max_track_frames > 0 && track.frames >= options_.max_track_frames;
   }
 
   // The exact pixel of a landmark where the camera sees it.
@@ -101,7 +85,7 @@ class TrackSimulator {
       const auto id = static_cast<int64_t>(result_.landmarks_world.size());
       result_.landmarks_world.push_back(PlaceLandmark(T_world_imu * rig_.T_imu_camera[0], *ray));
       if (See(T_world_imu, id, 0)) {
-        live_.push_back({id, 0});
+        live_.push_back(id);
       } else {
         result_.landmarks_world.pop_back();
       }
@@ -137,25 +121,14 @@ class TrackSimulator {
   Eigen::AlignedBox3d box_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
-  std::vector<LiveTrack> live_;
+  std::vector<int64_t> live_;
   SimulatedTracks result_;
 };
 
 }  // namespace
 
-void TrackSimulatorOptions::Check() const {
-  if (max_tracks < 1) throw ConfigError("max_tracks: expected at least 1");
-  if (!(sigma_px >= 0)) throw ConfigError("sigma_px: expected zero or more");
-  if (max_track_frames < 0) throw ConfigError("max_track_frames: expected zero or more");
-  if (!(image_rate_hz > 0)) throw ConfigError("image_rate_hz: expected a positive number");
-  if (!(margin_px >= 0)) throw ConfigError("margin_px: expected zero or more");
-  if (!(wall_distance_m > 0)) throw ConfigError("wall_distance_m: expected a positive number");
-  if (!(max_depth_m > 0)) throw ConfigError("max_depth_m: expected a positive number");
-}
-
 SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
                                const TrackSimulatorOptions& options) {
-  options.Check();
   return TrackSimulator(motion, rig, options).Run();
 }
 

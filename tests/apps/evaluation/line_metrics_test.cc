@@ -5,18 +5,24 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
+#include "apps/evaluation/line_gaps.h"
+#include "apps/evaluation/truth.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/file.h"
+#include "tests/testing/forward_rig.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using testing::ForwardRig;
 using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+using testing::Standing;
+using testing::WallAtX;
 
 // Seen from end to end.
 TrueEdges Seen(const std::vector<PlySegment>& edges) { return {edges, edges}; }
@@ -52,6 +58,11 @@ TEST(LineMetrics, APerfectMapIsAllRight) {
   EXPECT_NEAR(metrics.accuracy.value().length_m, 6, 1e-9);
   EXPECT_NEAR(metrics.accuracy->direction_rms_deg, 0, 1e-9);
   EXPECT_NEAR(metrics.accuracy->offset_rms_m, 0, 1e-9);
+  // Mapped three times it is redundant.
+  const std::vector<MapLine> thrice(3, Mapped({0, 0.001, 0}, {4, 0.001, 0}));
+  const LineMetrics redundant = EvaluateLines(Seen({{{0, 0, 0}, {4, 0, 0}}}), thrice, {});
+  EXPECT_NEAR(At(redundant, 0.05).redundancy, 3, 1e-9);
+  EXPECT_NEAR(At(redundant, 0.05).recall_m, 4, 1e-9);
 }
 
 TEST(LineMetrics, AnOffsetLineIsRightFromItsOffsetOn) {
@@ -124,31 +135,20 @@ TEST(LineMetrics, OtherDirectionsDoNotCount) {
   EXPECT_GT(At(EvaluateLines(kTwoEdges, {Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, wider), 0.2)
                 .precision,
             0.99);
-}
-
-TEST(LineMetrics, AParallelEdgeBehindANearerOneOfAnotherDirectionIsFound) {
-  const TrueEdges truth = Seen({{{0, 0, 0}, {4, 0, 0}}, {{2, 0.1, -1}, {2, 0.1, 1}}});
-  const LineMetrics metrics = EvaluateLines(truth, {Mapped({1.9, 0.08, 0}, {2.1, 0.08, 0})}, {});
-  EXPECT_EQ(At(metrics, 0.05).precision, 0);
-  EXPECT_NEAR(At(metrics, 0.1).precision, 1, 1e-9);
-}
-
-TEST(LineMetrics, ALineMappedThreeTimesIsRedundant) {
-  const std::vector<MapLine> lines(3, Mapped({0, 0.001, 0}, {4, 0.001, 0}));
-  const LineMetrics metrics = EvaluateLines(Seen({{{0, 0, 0}, {4, 0, 0}}}), lines, {});
-  EXPECT_NEAR(At(metrics, 0.05).redundancy, 3, 1e-9);
-  EXPECT_NEAR(At(metrics, 0.05).recall_m, 4, 1e-9);
-}
-
-TEST(LineMetrics, RecallIsOfSeenPartsAndPrecisionOfWholeEdges) {
-  const TrueEdges truth{{{{0, 0, 0}, {4, 0, 0}}}, {{{1, 0, 0}, {3, 0, 0}}}};
-  const LineMetrics metrics = EvaluateLines(truth, {Mapped({2, 0, 0}, {4, 0, 0})}, {});
-  EXPECT_NEAR(metrics.seen_length_m, 2, 1e-12);
-  EXPECT_NEAR(At(metrics, 0.01).precision, 1, 1e-9);
-  EXPECT_NEAR(At(metrics, 0.01).recall, 0.5, 0.011);
+  // Nor do they hide a parallel edge that is further off.
+  const TrueEdges crossed = Seen({{{0, 0, 0}, {4, 0, 0}}, {{2, 0.1, -1}, {2, 0.1, 1}}});
+  const LineMetrics behind = EvaluateLines(crossed, {Mapped({1.9, 0.08, 0}, {2.1, 0.08, 0})}, {});
+  EXPECT_EQ(At(behind, 0.05).precision, 0);
+  EXPECT_NEAR(At(behind, 0.1).precision, 1, 1e-9);
 }
 
 TEST(LineMetrics, RecallOfWhatWasSeenClearlyStandsBesideThatOfAll) {
+  // Recall is of seen parts, precision of whole edges.
+  const LineMetrics part = EvaluateLines({{{{0, 0, 0}, {4, 0, 0}}}, {{{1, 0, 0}, {3, 0, 0}}}},
+                                         {Mapped({2, 0, 0}, {4, 0, 0})}, {});
+  EXPECT_NEAR(part.seen_length_m, 2, 1e-12);
+  EXPECT_NEAR(At(part, 0.01).precision, 1, 1e-9);
+  EXPECT_NEAR(At(part, 0.01).recall, 0.5, 0.011);
   TrueEdges truth = kTwoEdges;
   EXPECT_FALSE(At(EvaluateLines(truth, {}, {}), 0.05).clear_recall.has_value());
   truth.clear = {{{{1, 0, 0}, {3, 0, 0}}}};
@@ -206,18 +206,6 @@ TEST(LineMetrics, LinesAreLaidOverTheTruthLikeTheTrajectory) {
   EXPECT_TRUE(line.end_world.isApprox(Eigen::Vector3d(0, 2, 4), 1e-12));
 }
 
-TEST(LineMetrics, AbsurdOptionsAreRefused) {
-  LineMetricOptions options;
-  options.sample_m = 0;
-  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
-  options = {};
-  options.max_angle_deg = 100;
-  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
-  options = {};
-  options.tolerances_m = {0.1, 0.05};
-  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
-}
-
 constexpr char kHeader[] = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m\n";
 
 TEST(TrueEdges, TableGivesWholeEdgesAndSeenParts) {
@@ -230,6 +218,10 @@ TEST(TrueEdges, TableGivesWholeEdgesAndSeenParts) {
   ASSERT_EQ(edges.seen.size(), 3u);
   EXPECT_EQ(edges.seen[0].start_world, Eigen::Vector3d(1.5, 0, 0));
   EXPECT_EQ(edges.seen[1].end_world, Eigen::Vector3d(5, 0, 0));
+  // Those of a PLY file are seen whole.
+  WriteLinesPly(folder.Path("edges.ply"), {{{0, 0, 0}, {1, 0, 0}}, {{2, 0, 0}, {2, 0, 0}}});
+  EXPECT_EQ(ReadTrueEdges(folder.Path("edges.ply")).seen.size(), 1u);
+  EXPECT_EQ(ReadTrueEdges(folder.Path("edges.ply")).whole.size(), 1u);
 }
 
 TEST(TrueEdges, PiecesOfABentEdgeAreOfOneSeenOrNot) {
@@ -245,20 +237,12 @@ TEST(TrueEdges, PiecesOfABentEdgeAreOfOneSeenOrNot) {
   EXPECT_EQ(edges.seen.size(), 3u);
 }
 
-TEST(TrueEdges, AnEdgePlyIsSeenWhole) {
-  const testing::TempFolder folder;
-  WriteLinesPly(folder.Path("edges.ply"), {{{0, 0, 0}, {1, 0, 0}}, {{2, 0, 0}, {2, 0, 0}}});
-  const TrueEdges edges = ReadTrueEdges(folder.Path("edges.ply"));
-  EXPECT_EQ(edges.seen.size(), 1u);
-  EXPECT_EQ(edges.whole.size(), 1u);
-}
-
 TEST(TrueEdges, DamagedFilesAreNamed) {
   const testing::TempFolder folder;
   const auto expect_error = [&](const std::string& rows, const std::string& what) {
     const std::string path = folder.Write("edges.csv", rows);
-    EXPECT_THAT([&] { ReadTrueEdges(path); },
-                ThrowsMessage<DataError>(AllOf(HasSubstr("edges.csv: "), HasSubstr(what))));
+    EXPECT_THAT(testing::MessageOf<DataError>([&] { ReadTrueEdges(path); }),
+                AllOf(HasSubstr("edges.csv: "), HasSubstr(what)));
   };
   expect_error(kHeader, "found no edge");
   expect_error(std::string(kHeader) + "0,0,0,1,0,0,5,0,0,2,1\n", "row 2: seen_to_m: found '1'");
@@ -285,6 +269,141 @@ TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   WriteLinePlan(folder.Path("lines.svg"), kTwoEdges, lines);
   EXPECT_THAT(ReadFile(folder.Path("lines.svg")),
               AllOf(HasSubstr(">true edges<"), HasSubstr(">no axis<"), HasSubstr("d=\"M")));
+}
+
+// A skirting of 5 m with a doorway of 1 m, and a jamb of 6 cm in it.
+class LineGapsTest : public ::testing::Test {
+ protected:
+  LineGapsTest() {
+    truth_.whole = {{{0, 0, 0}, {2, 0, 0}},
+                    {{3, 0, 0}, {5, 0, 0}},
+                    {{2, 0, 0}, {2, 0, 2}},
+                    {{2, 0.06, 0}, {2, 0.06, 2}}};
+    truth_.seen = truth_.whole;
+    truth_.clear = truth_.whole;
+    truth_.doorways = {{{2, 0, 0}, {3, 0, 0}, {3, 0, 2}, {2, 0, 2}}};
+  }
+
+  const MapLine before_ = Mapped({0.1, 0.01, 0}, {1.95, 0.01, 0});
+  const MapLine behind_ = Mapped({3.02, 0, 0.01}, {4.9, 0, 0.01});
+  const MapLine front_ = Mapped({2, 0.01, 0.1}, {2, 0.01, 1.9});
+  const MapLine back_ = Mapped({2, 0.055, 1.9}, {2, 0.055, 0.1});
+  TrueEdges truth_;
+};
+
+TEST_F(LineGapsTest, AreKeptByLinesThatEndThereAndLostByOneThatGoesThrough) {
+  const LineGaps kept = EvaluateLineGaps(truth_, {before_, behind_, front_, back_});
+  EXPECT_EQ(kept.gaps, 1);
+  EXPECT_EQ(kept.gaps_kept, 1);
+  EXPECT_EQ(kept.pairs, 1);
+  EXPECT_EQ(kept.pairs_kept, 1);
+  const LineGaps lost = EvaluateLineGaps(truth_, {Mapped({0.1, 0, 0}, {4.9, 0, 0})});
+  EXPECT_EQ(lost.gaps, 1);
+  EXPECT_EQ(lost.gaps_kept, 0);
+  // Edges that the map lacks tell nothing.
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_}).gaps, 0);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_}).pairs, 0);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {}).pairs_kept, 0);
+}
+
+TEST_F(LineGapsTest, AreOneWhicheverWayTheEdgesRun) {
+  for (const size_t turned : {0, 1, 0}) {
+    std::swap(truth_.whole[turned].start_world, truth_.whole[turned].end_world);
+    EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 1);
+  }
+}
+
+TEST_F(LineGapsTest, ThatHoldAnEdgeOrAClosedDoorAreNone) {
+  TrueEdges closed = truth_;
+  closed.doorways[0] = {{2, 1, 0}, {3, 1, 0}, {3, 1, 2}, {2, 1, 2}};
+  EXPECT_EQ(EvaluateLineGaps(closed, {before_, behind_}).gaps, 0);
+  truth_.unseen.push_back({{2, 0.02, 0}, {3, 0.02, 0}});  // a threshold
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 0);
+}
+
+TEST_F(LineGapsTest, PairsAtTheSidesOfOpeningsAreJambs) {
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 0);
+  truth_.openings = truth_.doorways;
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 1);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs_kept, 1);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs_kept, 0);
+  for (Eigen::Vector3d& corner : truth_.openings[0]) corner.x() += 0.2;
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs, 0);
+}
+
+TEST_F(LineGapsTest, OneLineForTwoEdgesKeepsNoPair) {
+  const LineGaps one = EvaluateLineGaps(truth_, {front_});
+  EXPECT_EQ(one.pairs, 1);
+  EXPECT_EQ(one.pairs_kept, 0);
+  truth_.clear.reset();
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).pairs, 0);
+}
+
+double Length(const std::vector<PlySegment>& parts) {
+  return std::accumulate(parts.begin(), parts.end(), 0.0, [](double sum, const PlySegment& part) {
+    return sum + (part.end_world - part.start_world).norm();
+  });
+}
+
+// Of edges that are seen from end to end; on a wall behind them all, with a pillar 1 m wide before.
+std::vector<PlySegment> Clear(const std::vector<PlySegment>& edges, double seconds,
+                              const ClearViewOptions& options = {}) {
+  std::vector<Triangle> surfaces = WallAtX(20, 20);
+  const std::vector<Triangle> pillar = WallAtX(2, 0.5);
+  surfaces.insert(surfaces.end(), pillar.begin(), pillar.end());
+  return ClearlySeen({edges, edges}, TriangleTree(surfaces), Standing(seconds), ForwardRig(),
+                     options);
+}
+
+const std::vector<PlySegment> kBehindPillar = {{{4, -2, 0}, {4, 2, 0}}};
+
+TEST(ClearEdges, WhatIsHiddenIsLeftOut) {
+  const std::vector<PlySegment> parts = Clear(kBehindPillar, 2);
+  ASSERT_EQ(parts.size(), 2u);
+  // The pillar's half metre at 2 m hides one at 4 m.
+  EXPECT_NEAR(parts[0].end_world.y(), -1, 0.041);
+  EXPECT_NEAR(parts[1].start_world.y(), 1, 0.041);
+  EXPECT_NEAR(Length(parts), 2, 0.081);
+}
+
+TEST(ClearEdges, ASurfaceHidesWhatIsBuriedInItButNotWhatIsOnIt) {
+  EXPECT_NEAR(Length(Clear({{{2, -0.4, 0.1}, {2, 0.4, 0.1}}}, 2)), 0.8, 1e-9);
+  EXPECT_TRUE(Clear({{{2.01, -0.4, 0.1}, {2.01, 0.4, 0.1}}}, 2).empty());
+}
+
+TEST(ClearEdges, TwentyFramesAreNeeded) {
+  EXPECT_TRUE(Clear(kBehindPillar, 0.9).empty());  // 19 of them
+  EXPECT_FALSE(Clear(kBehindPillar, 0.95).empty());
+  EXPECT_FALSE(Clear(kBehindPillar, 0.9, {.min_frames = 19}).empty());
+}
+
+TEST(ClearEdges, FarPlacesAndThoseOutsideTheImageAreLeftOut) {
+  EXPECT_TRUE(Clear({{{9, 5, 0}, {9, 6, 0}}}, 2).empty());
+  EXPECT_FALSE(Clear({{{9, 5, 0}, {9, 6, 0}}}, 2, {.max_range_m = 12}).empty());
+  // At 4 m the image ends at 3.2 m from its middle.
+  EXPECT_NEAR(Length(Clear({{{4, 2, 0}, {4, 6, 0}}}, 2)), 1.2, 0.05);
+}
+
+TEST(ClearEdges, ShortEdgesAreLeftOutButNotThePiecesOfABentOne) {
+  const std::vector<PlySegment> pieces = {{{4, 1.5, 0}, {4, 1.7, 0}},
+                                          {{4, 1.7, 0}, {4, 1.9, 0.01}}};
+  EXPECT_TRUE(Clear(pieces, 2).empty());
+  TrueEdges bent{pieces, pieces, {7, 7}};
+  EXPECT_NEAR(
+      Length(ClearlySeen(bent, TriangleTree(WallAtX(20, 20)), Standing(2), ForwardRig(), {})), 0.4,
+      1e-3);
+}
+
+TEST(LineMetricOptions, AbsurdOnesAreRefused) {
+  std::vector<LineMetricOptions> absurd(3);
+  absurd[0].sample_m = 0;
+  absurd[1].max_angle_deg = 100;
+  absurd[2].tolerances_m = {0.1, 0.05};
+  for (const LineMetricOptions& options : absurd) {
+    EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
+  }
+  EXPECT_THROW(Clear(kBehindPillar, 2, {.min_frames = 0}), ConfigError);
+  EXPECT_THROW(Clear(kBehindPillar, 2, {.interval_s = 0}), ConfigError);
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
+#include "apps/evaluation/truth.h"
 #include "data/calibration/calibration.h"
+#include "data/core/error.h"
 #include "data/io/ply.h"
 #include "tests/testing/forward_rig.h"
 #include "tests/testing/temp_folder.h"
@@ -81,13 +84,10 @@ TEST(CloudMetrics, TellWhatWasFilledThoughItWasNotSeen) {
   const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud, {});
   EXPECT_EQ(metrics.scores[1].filled_accuracy, 1);
   EXPECT_NEAR(metrics.filled_seen, 6.0 / 20, 1e-9);  // one more is 10 cm from the last sample
-}
-
-TEST(CloudMetrics, AnEmptyCloudHasNoAccuracyAndCoversNothing) {
-  const TriangleTree surfaces(WallAtX(3, 1));
-  const CloudMetrics metrics = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {}, {});
-  EXPECT_EQ(metrics.points, 0);
-  for (const CloudScore& score : metrics.scores) {
+  // An empty cloud has no accuracy and covers nothing.
+  const CloudMetrics empty = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {}, {});
+  EXPECT_EQ(empty.points, 0);
+  for (const CloudScore& score : empty.scores) {
     EXPECT_TRUE(std::isnan(score.accuracy));
     EXPECT_EQ(score.f[0], 0);
   }
@@ -111,37 +111,25 @@ OccupancyMap MapBeforeWall(double known_y_m, double wall_x_m) {
   return map;
 }
 
-class OccupancyMetricsTest : public ::testing::Test {
- protected:
-  OccupancyMetrics Measure(const OccupancyMap& map) const {
-    const std::vector<ReferenceView> views =
-        ReferenceViews(surfaces_, Standing(2), ForwardRig(), {});
-    return EvaluateOccupancy(surfaces_, views, map, {});
-  }
-  const TriangleTree surfaces_{WallAtX(3, 2)};
-};
-
-TEST_F(OccupancyMetricsTest, ArePerfectOfAPerfectMap) {
-  const OccupancyMetrics metrics = Measure(MapBeforeWall(2.5, 3));
-  EXPECT_GT(metrics.rays, 100);
-  EXPECT_EQ(metrics.ends_occupied, 1);
-  EXPECT_EQ(metrics.passages_known, 1);
-  EXPECT_EQ(metrics.passages_free, 1);
-  EXPECT_GT(metrics.behind, 100);
-  EXPECT_EQ(metrics.behind_called_free, 0);
-}
-
-TEST_F(OccupancyMetricsTest, TellAMapThatKnowsHalf) {
-  const OccupancyMetrics metrics = Measure(MapBeforeWall(0, 3));
-  EXPECT_NEAR(metrics.ends_occupied, 0.5, 0.1);
-  EXPECT_NEAR(metrics.passages_known, 0.5, 0.1);
-  EXPECT_EQ(metrics.passages_free, 1);
-}
-
-TEST_F(OccupancyMetricsTest, TellAMapThatIsFreeBehindTheWall) {
-  const OccupancyMetrics metrics = Measure(MapBeforeWall(2.5, 3.8));
-  EXPECT_EQ(metrics.ends_occupied, 0);
-  EXPECT_GT(metrics.behind_called_free, 0.9);
+TEST(OccupancyMetrics, TellMapsThatKnowHalfOrAreFreeBehindTheWall) {
+  const TriangleTree surfaces(WallAtX(3, 2));
+  const std::vector<ReferenceView> views = ReferenceViews(surfaces, Standing(2), ForwardRig(), {});
+  const auto measure = [&](double known_y_m, double wall_x_m) {
+    return EvaluateOccupancy(surfaces, views, MapBeforeWall(known_y_m, wall_x_m), {});
+  };
+  const OccupancyMetrics perfect = measure(2.5, 3), half = measure(0, 3),
+                         behind = measure(2.5, 3.8);
+  EXPECT_GT(perfect.rays, 100);
+  EXPECT_EQ(perfect.ends_occupied, 1);
+  EXPECT_EQ(perfect.passages_known, 1);
+  EXPECT_EQ(perfect.passages_free, 1);
+  EXPECT_GT(perfect.behind, 100);
+  EXPECT_EQ(perfect.behind_called_free, 0);
+  EXPECT_NEAR(half.ends_occupied, 0.5, 0.1);
+  EXPECT_NEAR(half.passages_known, 0.5, 0.1);
+  EXPECT_EQ(half.passages_free, 1);
+  EXPECT_EQ(behind.ends_occupied, 0);
+  EXPECT_GT(behind.behind_called_free, 0.9);
 }
 
 TEST(SurfaceReport, ReadsFilesAndTellsOfBoth) {
@@ -180,11 +168,11 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   metrics.cloud = EvaluateCloud(surfaces, {}, {}, {});
   metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
   const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
-  EXPECT_EQ(json["cloud"]["rms_m"].dump(), "null");
-  EXPECT_EQ(json["cloud"]["filled_seen"].dump(), "null");
-  EXPECT_EQ(json["cloud"]["scores"][0]["accuracy"].dump(), "null");
-  EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["completeness"].dump(), "null");
-  EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["f"].dump(), "null");
+  const auto& score = json["cloud"]["scores"][0];
+  for (const auto& value : {json["cloud"]["rms_m"], json["cloud"]["filled_seen"], score["accuracy"],
+                            score["ranges"][0]["completeness"], score["ranges"][0]["f"]}) {
+    EXPECT_TRUE(value.is_null());
+  }
   for (const char* key : {"ends_occupied", "ends_occupied_nearby", "passages_known",
                           "passages_free", "behind_called_free"}) {
     EXPECT_EQ(json["occupancy"].at(key).dump(), "null") << key;
@@ -192,6 +180,94 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   const std::string table = SurfaceTable({}, metrics, {});
   EXPECT_NE(table.find("0 points, 0 of them filled, - m RMS"), std::string::npos) << table;
   EXPECT_NE(table.find("end cells occupied - %"), std::string::npos) << table;
+}
+
+// A bumpy floor of many triangles, about z = 0.
+std::vector<Triangle> Floor() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> bump(-0.05, 0.05);
+  std::vector<Triangle> triangles;
+  for (int x = 0; x < 20; ++x) {
+    for (int y = 0; y < 20; ++y) {
+      const Eigen::Vector3d a(x, y, bump(random)), b(x + 1, y, bump(random));
+      const Eigen::Vector3d c(x + 1, y + 1, bump(random)), d(x, y + 1, bump(random));
+      triangles.push_back({a, b, c});
+      triangles.push_back({a, c, d});
+    }
+  }
+  return triangles;
+}
+
+// By looking at each triangle alone.
+double LeastOfEach(const std::vector<Triangle>& triangles, const auto& measure) {
+  double least = HUGE_VAL;
+  for (const Triangle& triangle : triangles) {
+    least = std::min(least, measure(TriangleTree({triangle})));
+  }
+  return least;
+}
+
+TEST(TriangleTree, FindsWhatARayHitsFirst) {
+  const std::vector<Triangle> triangles = Floor();
+  const TriangleTree tree(triangles);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-2, 22);
+  int hits = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d origin(place(random), place(random), 3);
+    const Eigen::Vector3d target(place(random), place(random), -0.2);
+    const Eigen::Vector3d direction = (target - origin).normalized();
+    const double expected = LeastOfEach(
+        triangles, [&](const TriangleTree& one) { return one.FirstHit_m(origin, direction); });
+    EXPECT_EQ(tree.FirstHit_m(origin, direction), expected);
+    hits += std::isfinite(expected);
+  }
+  EXPECT_GT(hits, 20);
+  EXPECT_LT(hits, 100);
+  // No further than asked.
+  const Eigen::Vector3d origin(5.3, 5.4, 3), down = -Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(tree.FirstHit_m(origin, down), 3, 0.06);
+  EXPECT_FALSE(std::isfinite(tree.FirstHit_m(origin, down, 2.5)));
+  EXPECT_FALSE(std::isfinite(tree.FirstHit_m(origin, -down)));
+  EXPECT_FALSE(std::isfinite(TriangleTree({}).FirstHit_m({0, 0, 0}, {1, 0, 0})));
+}
+
+TEST(TriangleTree, MeasuresDistancesToFacesEdgesAndCorners) {
+  const TriangleTree one({Triangle{Eigen::Vector3d(0, 0, 0), {2, 0, 0}, {0, 2, 0}}});
+  EXPECT_NEAR(one.Distance_m({0.5, 0.5, -0.3}, 10), 0.3, 1e-12);
+  EXPECT_NEAR(one.Distance_m({1, -0.4, 0.3}, 10), 0.5, 1e-12);
+  EXPECT_NEAR(one.Distance_m({-3, -4, 0}, 10), 5, 1e-12);
+  EXPECT_NEAR(one.Distance_m({2, 2, 0}, 10), std::sqrt(2), 1e-12);
+  EXPECT_EQ(one.Distance_m({0, 0, 20}, 10), 10);
+  EXPECT_EQ(TriangleTree({}).Distance_m({0, 0, 0}, 3), 3);
+  // The least of many.
+  const std::vector<Triangle> triangles = Floor();
+  const TriangleTree tree(triangles);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-2, 22), height(-1, 1);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d p(place(random), place(random), height(random));
+    const double expected =
+        LeastOfEach(triangles, [&](const TriangleTree& each) { return each.Distance_m(p, 100); });
+    EXPECT_NEAR(tree.Distance_m(p, 100), expected, 1e-12);
+  }
+}
+
+TEST(ReadSurfaces, CutsFacesIntoTrianglesAndRefusesWhatIsNoMesh) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Path("surfaces.ply");
+  PlyElement vertices{"vertex", {}};
+  for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
+  vertices.AppendRow({0, 0, 0});
+  vertices.AppendRow({1, 0, 0});
+  vertices.AppendRow({1, 1, 0});
+  vertices.AppendRow({0, 1, 0});
+  WritePly(path, {{}, {vertices}, {{0, 1, 2, 3}}});
+  EXPECT_EQ(ReadSurfaces(path).size(), 2u);
+  WritePly(path, {{}, {vertices}, {{0, 1, 9}}});
+  EXPECT_THROW(ReadSurfaces(path), DataError);
+  WritePly(path, {{}, {vertices}, {}});
+  EXPECT_THROW(ReadSurfaces(path), DataError);
 }
 
 }  // namespace

@@ -4,13 +4,25 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <random>
 
+#include "apps/evaluation/report.h"
+#include "apps/evaluation/trajectory_report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/io/file.h"
+#include "odometry/run/run_rows.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // A round of 20 m radius in 60 s that rises and sinks, at a given rate; it ends at its start.
 Trajectory Circle(double rate_hz) {
@@ -53,17 +65,13 @@ TEST(TrajectoryMetrics, PositionAndYawAreAlignedAway) {
   EXPECT_LT(back.translation.norm(), 1e-9);
 }
 
-TEST(TrajectoryMetrics, TiltIsAnErrorButForTheRigidAlignment) {
+TEST(TrajectoryMetrics, TiltAndScaleAreErrorsButForTheAlignmentsThatTakeThem) {
   const Trajectory truth = Circle(20);
-  const TrajectoryMetrics metrics =
+  const TrajectoryMetrics tilted =
       Evaluate(truth, Moved({ExpRotation({0.02, 0, 0}), {1, 2, 3}}, truth));
-  EXPECT_GT(metrics.absolute[0].position_m.rmse, 0.2);
-  EXPECT_NEAR(metrics.absolute[0].rotation_deg.rmse, 0.02 / kDegree, 1e-3);
-  EXPECT_LT(metrics.absolute[1].position_m.max, 1e-9);
-}
-
-TEST(TrajectoryMetrics, ScaleIsAnErrorButForTheSimilarity) {
-  const Trajectory truth = Circle(20);
+  EXPECT_GT(tilted.absolute[0].position_m.rmse, 0.2);
+  EXPECT_NEAR(tilted.absolute[0].rotation_deg.rmse, 0.02 / kDegree, 1e-3);
+  EXPECT_LT(tilted.absolute[1].position_m.max, 1e-9);
   const TrajectoryMetrics metrics =
       Evaluate(truth, Moved({ExpRotation({0, 0, 1}), {1, 2, 3}}, truth, 0.9));
   EXPECT_GT(metrics.absolute[1].position_m.rmse, 1.9);
@@ -197,11 +205,7 @@ TEST(TrajectoryMetrics, StandingStillIsNoDivisionByZero) {
   EXPECT_TRUE(std::isnan(metrics.relative[0].translation_rmse_percent));
   EXPECT_FALSE(metrics.loop.has_value());
   EXPECT_TRUE(std::isfinite(metrics.absolute[2].alignment.scale));
-}
-
-TEST(TrajectoryMetrics, RefusesPosesAtRestWhoseErrorMeansNothing) {
-  Trajectory truth = Circle(20);
-  for (StampedPose& pose : truth) pose.T_world_imu.translation = {1, 2, 3};
+  // The error of poses at rest means nothing.
   EXPECT_THROW(Evaluate(truth, truth), DataError);
   truth.resize(3);
   EXPECT_THROW(Evaluate(truth, truth), DataError);
@@ -215,6 +219,129 @@ TEST(TrajectoryMetrics, RefusesStrangersAndAbsurdOptions) {
   TrajectoryMetricOptions options;
   options.rpe_lengths_m = {0};
   EXPECT_THROW(EvaluateTrajectory(truth, truth, {}, options), ConfigError);
+}
+
+// 100 poses along a line at 10 Hz; the estimate is 3 cm off sideways, left and right in turn.
+TrajectoryMetrics MakeMetrics(std::size_t estimated) {
+  Trajectory truth, estimate;
+  for (int i = 0; i < 100; ++i) {
+    truth.push_back({ToNanoseconds(0.1 * i), {Eigen::Quaterniond::Identity(), {0.1 * i, 0, 0}}});
+    estimate.push_back(truth.back());
+    estimate.back().T_world_imu.translation.z() += i % 2 == 0 ? 0.03 : -0.03;
+  }
+  estimate.resize(estimated);
+  return EvaluateTrajectory(truth, estimate, {}, {});
+}
+
+TEST(TrajectoryReport, TableAndJsonHoldTheFigures) {
+  const EvaluationInputs inputs{"truth.csv", "run.tum", ""};
+  const std::string table = TrajectoryTable(inputs, MakeMetrics(100));
+  for (const char* part :
+       {"posyaw     0.0300   0.0300   0.0300   0.0300    0.303    0.000",
+        "coverage  100.00 % of the stamps of the truth",
+        "poses     100 (100 with a truth), in 1 piece\n", "heading   0.000 deg off at the end"}) {
+    EXPECT_THAT(table, HasSubstr(part));
+  }
+  EXPECT_THAT(table, AllOf(Not(HasSubstr("FLAGGED")), Not(HasSubstr("loop"))));
+  const nlohmann::ordered_json json = TrajectoryJson(inputs, MakeMetrics(100));
+  EXPECT_NEAR(json["ape"]["posyaw"]["position_m"]["rmse"].get<double>(), 0.03, 1e-9);
+  EXPECT_EQ(json["ape"]["sim3"]["alignment"].size(), 3u);
+  EXPECT_EQ(json["rpe"][1]["length_m"], 5);
+  EXPECT_EQ(json["rpe"][2]["pieces"], 0);
+  EXPECT_TRUE(json["loop"].is_null());
+  EXPECT_EQ(json["heading_error_at_end_deg"], 0);
+}
+
+TEST(TrajectoryReport, LowCoverageIsFlagged) {
+  const EvaluationInputs inputs{
+      .truth = "truth.csv", .estimate = "run.tum", .stamps = "cam0/data.csv"};
+  const TrajectoryMetrics metrics = MakeMetrics(60);
+  EXPECT_THAT(TrajectoryTable(inputs, metrics), HasSubstr("FLAGGED"));
+  const nlohmann::ordered_json json = TrajectoryJson(inputs, metrics);
+  EXPECT_TRUE(json["coverage"]["flagged"]);
+  EXPECT_EQ(json["coverage"]["overall"], 0.6);
+  EXPECT_EQ(json["coverage"]["stamps"], "cam0/data.csv");
+}
+
+TEST(TrajectoryReport, PlotsAreWrittenAndAFullDiskIsNamed) {
+  const testing::TempFolder temp;
+  const std::string folder = temp.Path("plots");
+  const std::vector<std::string> paths = WriteTrajectoryPlots(folder, MakeMetrics(100));
+  ASSERT_EQ(paths.size(), 3u);
+  for (const std::string& path : paths) {
+    EXPECT_THAT(ReadFile(path), AllOf(::testing::StartsWith("<svg"), HasSubstr("polyline")));
+  }
+  std::filesystem::remove(folder + "/side.svg");
+  std::filesystem::create_symlink("/dev/full", folder + "/side.svg");
+  EXPECT_THAT([&] { WriteTrajectoryPlots(folder, MakeMetrics(100)); },
+              ::testing::ThrowsMessage<OutputError>(HasSubstr("side.svg")));
+}
+
+TEST(SvgPlot, PlacesPointsByScaleWithYUpwards) {
+  // Of the page's 710 x 505 plotting area, the height limits this square.
+  const std::string svg = DrawSvg({"t", "x", "y", true, {{"a < b", "#123456", {{0, 0}, {1, 1}}}}});
+  EXPECT_THAT(svg, HasSubstr("points=\"195.45,522.05 654.55,62.95 \""));
+  EXPECT_THAT(svg, HasSubstr("a &lt; b"));
+  // Segments are drawn apart, empty and flat series too.
+  const SvgSeries series{"s", "red", {{0, 0}, {1, 1}, {0, 1}, {0, 1}}, SvgStyle::kSegments};
+  EXPECT_THAT(DrawSvg({"t", "x", "y", true, {series}}),
+              HasSubstr("d=\"M195.45,522.05L654.55,62.95M195.45,62.95L195.45,62.95\""));
+  EXPECT_THAT(DrawSvg({"t", "x", "y", true, {{"none", "red", {}}}}), HasSubstr("</svg>"));
+  EXPECT_THAT(DrawSvg({"t", "x", "y", false, {{"flat", "red", {{0, 2}, {9, 2}}}}}),
+              AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
+}
+
+// Ten million poses would make a page of hundreds of megabytes.
+TEST(SvgPlot, OfALongCurveOnlyWhatShowsIsDrawn) {
+  SvgSeries curve{"long", "#123456", {}};
+  for (int i = 0; i < 500000; ++i) curve.points.emplace_back(i, i == 123456 ? 7 : i % 2);
+  const std::string svg = DrawSvg({"t", "x", "y", false, {curve}});
+  EXPECT_LT(svg.size(), 1000000u);
+  // The peak is at the upper end of the data, 5 % of its range below that of the page.
+  EXPECT_THAT(svg, HasSubstr(",62.95 "));
+}
+
+// The time offset, the focal length and a principal point get better known with each of the rows.
+std::string Table(int rows) {
+  std::string text = CsvHeader(RunColumns().at(kCalibrationTable)) + "\n";
+  for (int i = 0; i < rows; ++i) {
+    CalibrationEstimate estimate;
+    estimate.stamp_ns = int64_t{1'000'000'000} * (i + 1);
+    estimate.time_offset_s = 1e-3;
+    estimate.time_offset_sigma_s = 0.015 / (i + 1);
+    estimate.focal_length = -0.003;
+    estimate.focal_length_sigma = 0.002 / (i + 1);
+    estimate.right_centre_px = {1.5, -0.5};
+    estimate.right_centre_sigma_px = Eigen::Vector2d::Constant(1.0 / (i + 1));
+    text += Row(estimate);
+  }
+  return text;
+}
+
+TEST(CalibrationPlots, ShowWhatWasEstimated) {
+  const testing::TempFolder temp;
+  WriteFile(temp.Path("calibration.csv"), Table(30));
+  const std::string folder = temp.Path("plots");
+  ASSERT_THAT(WriteCalibrationPlots(folder, temp.Path("calibration.csv")),
+              ElementsAre(folder + "/time_offset.svg", folder + "/focal_length.svg",
+                          folder + "/right_centre.svg"));
+  EXPECT_THAT(ReadFile(folder + "/right_centre.svg"), HasSubstr("correction [px]"));
+  const std::string svg = ReadFile(folder + "/time_offset.svg");
+  EXPECT_THAT(svg, HasSubstr("correction [ms]"));
+  EXPECT_THAT(svg, HasSubstr("found, sigma"));
+  // Bars of the first rows, of 15 ms, end at the border: 2.4 ms in the last two thirds.
+  EXPECT_THAT(svg, HasSubstr("\"end\">2<"));
+  EXPECT_THAT(svg, ::testing::Not(HasSubstr("\"end\">10<")));
+}
+
+TEST(CalibrationPlots, AnEmptyTableHasNoneAndADamagedOneIsNamed) {
+  const testing::TempFolder temp;
+  WriteFile(temp.Path("calibration.csv"), Table(0));
+  EXPECT_THAT(WriteCalibrationPlots(temp.Path("plots"), temp.Path("calibration.csv")),
+              ::testing::IsEmpty());
+  WriteFile(temp.Path("calibration.csv"), "a,b\n");
+  EXPECT_THAT([&] { WriteCalibrationPlots(temp.Path("plots"), temp.Path("calibration.csv")); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("calibration.csv")));
 }
 
 }  // namespace

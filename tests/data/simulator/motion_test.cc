@@ -1,18 +1,22 @@
 #include "data/simulator/motion.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cmath>
 
 #include "data/core/error.h"
+#include "data/simulator/made_motion.h"
 #include "tests/testing/example.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
 MotionSpline Flight() { return ExampleFlight(ExampleStereoRig(), 10.0); }
 
-TEST(MotionSpline, LinearDerivativesMatchDifferences) {
+TEST(MotionSpline, DerivativesMatchDifferences) {
   const MotionSpline motion = Flight();
   const double h = 1e-5;
   for (double t = 0.1; t < 9.9; t += 0.0717) {
@@ -22,13 +26,6 @@ TEST(MotionSpline, LinearDerivativesMatchDifferences) {
         (motion.VelocityAt(t + h) - motion.VelocityAt(t - h)) / (2 * h);
     EXPECT_LT((velocity - motion.VelocityAt(t)).norm(), 1e-8);
     EXPECT_LT((acceleration - motion.AccelerationAt(t)).norm(), 1e-8);
-  }
-}
-
-TEST(MotionSpline, AngularVelocityMatchesDifferences) {
-  const MotionSpline motion = Flight();
-  const double h = 1e-5;
-  for (double t = 0.1; t < 9.9; t += 0.0717) {
     const Eigen::Vector3d turn =
         LogRotation(motion.PoseAt(t - h).rotation.conjugate() * motion.PoseAt(t + h).rotation);
     EXPECT_LT((turn / (2 * h) - motion.AngularVelocityAt(t)).norm(), 1e-8);
@@ -66,9 +63,6 @@ TEST(MotionSpline, ASliceIsTheSameMotion) {
   }
   EXPECT_NEAR(motion.Slice(9.0, 1e6).Duration(), 1.0, 1e-9);
   EXPECT_THROW(motion.Slice(10.0, 1.0), DataError);
-}
-
-TEST(MotionSpline, RefusesTooFewControlPoses) {
   EXPECT_THROW(MotionSpline(0.1, std::vector<RigidTransform>(5)), DataError);
 }
 
@@ -121,11 +115,192 @@ TEST(FitMotion, RefusesDaysAndCanBeEnded) {
   trajectory[1].stamp_ns = ToNanoseconds(1);
   trajectory[2].stamp_ns = ToNanoseconds(1e6);
   EXPECT_THROW(FitMotion(trajectory), DataError);
+  EXPECT_THROW(FitMotion(Trajectory(1)), DataError);
   trajectory.pop_back();
   EXPECT_THROW(FitMotion(trajectory, {}, Progress([](double) { return false; })), StoppedError);
 }
 
-TEST(FitMotion, RefusesOnePose) { EXPECT_THROW(FitMotion(Trajectory(1)), DataError); }
+class MadeMotionTest : public ::testing::TestWithParam<MotionKind> {
+ protected:
+  MadeMotionTest() {
+    options_.kind = GetParam();
+    options_.waypoints_m = {{1, 2, 1.5}, {7, 2, 1.5}, {7, 6, 1.5}, {1, 6, 1.5}, {1, 2, 1.5}};
+  }
+  RigidTransform CameraAt(const MotionSpline& motion, double t_s) const {
+    return motion.PoseAt(t_s) * rig_.T_imu_camera[0];
+  }
+
+  const Rig rig_ = ExampleStereoRig();
+  MadeMotionOptions options_;
+};
+
+TEST_P(MadeMotionTest, TheCameraLooksAlongTheWayWithTheWorldsUpAtItsTop) {
+  const MotionSpline motion = MakeMotion(options_, rig_);
+  // In the middle of the first side.
+  const double t_s = options_.stand_still_s + options_.ease_s / 2 + 3.0 / options_.speed_m_s;
+  const RigidTransform camera = CameraAt(motion, t_s);
+  EXPECT_LT((camera.translation - Eigen::Vector3d(4, 2, 1.5)).norm(), 0.15);
+  EXPECT_GT((camera.rotation * Eigen::Vector3d::UnitZ()).x(), 0.98);
+  EXPECT_LT((camera.rotation * Eigen::Vector3d::UnitY()).z(), -0.98);
+  EXPECT_NEAR(motion.VelocityAt(t_s).x(), options_.speed_m_s, 0.25);
+}
+
+TEST_P(MadeMotionTest, RestsAtItsStartAndReturnsToIt) {
+  const MotionSpline motion = MakeMotion(options_, rig_);
+  const double end_s = motion.Duration();
+  for (const double t_s : {0.0, 0.5 * options_.stand_still_s, end_s - 0.5, end_s}) {
+    EXPECT_LT((CameraAt(motion, t_s).translation - Eigen::Vector3d(1, 2, 1.5)).norm(), 1e-3);
+    EXPECT_LT(motion.VelocityAt(t_s).norm(), 0.01);
+    EXPECT_LT(motion.AngularVelocityAt(t_s).norm(), 0.02);
+  }
+  const RigidTransform change = motion.PoseAt(0).Inverse() * motion.PoseAt(end_s);
+  EXPECT_LT(LogRotation(change.rotation).norm(), 3e-3);
+}
+
+TEST_P(MadeMotionTest, StaysWithinWhatTheKindCanDo) {
+  const MotionSpline motion = MakeMotion(options_, rig_);
+  double length_m = 0, most_m_s2 = 0, most_rad_s = 0;
+  for (double t_s = 0; t_s < motion.Duration(); t_s += 0.01) {
+    length_m += 0.01 * motion.VelocityAt(t_s).head<2>().norm();
+    most_m_s2 = std::max(most_m_s2, motion.AccelerationAt(t_s).norm());
+    most_rad_s = std::max(most_rad_s, motion.AngularVelocityAt(t_s).norm());
+  }
+  EXPECT_NEAR(length_m, 19.5, 1.0);  // corners are cut a little
+  EXPECT_LT(most_m_s2, 6.0);
+  EXPECT_GT(most_m_s2, 0.5);
+  EXPECT_LT(most_rad_s, 2.5);
+}
+
+TEST_P(MadeMotionTest, TheSeedDecides) {
+  const RigidTransform first = MakeMotion(options_, rig_).PoseAt(6.0);
+  EXPECT_EQ(MakeMotion(options_, rig_).PoseAt(6.0).translation, first.translation);
+  options_.seed = 2;
+  EXPECT_NE(MakeMotion(options_, rig_).PoseAt(6.0).translation, first.translation);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, MadeMotionTest,
+                         ::testing::Values(MotionKind::kWalk, MotionKind::kRobot,
+                                           MotionKind::kFlight));
+
+TEST(MadeMotionOptions, ReadsTheTrajectoryOfAScene) {
+  MadeMotionOptions options;
+  options.Read({YAML::Load("{kind: robot, speed_m_s: 0.7, waypoints_m: [[0, 0, 1], [3, 0, 1]]}"),
+                "scene.yaml: trajectory"});
+  EXPECT_EQ(options.kind, MotionKind::kRobot);
+  EXPECT_EQ(options.speed_m_s, 0.7);
+  ASSERT_EQ(options.waypoints_m.size(), 2u);
+  EXPECT_EQ(options.waypoints_m[1], Eigen::Vector3d(3, 0, 1));
+}
+
+TEST(MadeMotionOptions, RefusesWhatCannotBeFollowed) {
+  for (const char* text : {"{waypoints_m: [[0, 0, 1]]}", "{waypoints_m: [[0, 0], [3, 0]]}",
+                           "{waypoints_m: [[0, 0, 1], [3, 0, 1], [1, 0, 1]]}",
+                           "{kind: swim, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{speed_m_s: 0, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{speed_m_s: 1e-300, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{seed: -1, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{stand_still_s: 1e9, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{waypoints_m: [[0, 0, 1], [1e7, 0, 1]]}"}) {
+    MadeMotionOptions options;
+    EXPECT_THROW(options.Read({YAML::Load(text), "scene.yaml: trajectory"}), ConfigError) << text;
+  }
+}
+
+TEST(MakeMotion, RefusesAWayOfDaysNamingItsLengthAndCanBeEnded) {
+  MadeMotionOptions options;
+  options.waypoints_m = {{0, 0, 1}, {900, 0, 1}};
+  EXPECT_THROW(MakeMotion(options, ExampleStereoRig(), Progress([](double) { return false; })),
+               StoppedError);
+  options.speed_m_s = 0.01;
+  EXPECT_THAT(testing::MessageOf<ConfigError>([&] { MakeMotion(options, ExampleStereoRig()); }),
+              ::testing::HasSubstr("a way of 900 m that lasts 90006 s"));
+}
+
+TEST(EasedTime, StartsFromRestAndLosesHalfTheEase) {
+  EXPECT_EQ(EasedTime(-1, 2), 0);
+  EXPECT_NEAR(EasedTime(2, 2), 1, 1e-12);
+  EXPECT_NEAR(EasedTime(5, 2), 4, 1e-12);
+  EXPECT_LT(EasedTime(0.2, 2), 1e-3);
+}
+
+MotionSpline FlightFor(double duration_s) { return ExampleFlight(ExampleStereoRig(), duration_s); }
+
+TEST(SimulateImu, ExactSamplesIntegrateToTheMotion) {
+  const MotionSpline motion = FlightFor(5.0);
+  ImuSimulatorOptions options;
+  options.with_noise = false;
+  options.noise.rate_hz = 10000;
+  const SimulatedImu imu = SimulateImu(motion, options);
+  RigidTransform pose = motion.PoseAt(0);
+  Eigen::Vector3d velocity = motion.VelocityAt(0);
+  for (size_t i = 0; i + 1 < imu.samples.size(); ++i) {
+    const ImuSample& a = imu.samples[i];
+    const ImuSample& b = imu.samples[i + 1];
+    const double dt = ToSeconds(b.stamp_ns - a.stamp_ns);
+    const Eigen::Quaterniond turn =
+        ExpRotation(0.5 * dt * (a.angular_velocity_rad_s + b.angular_velocity_rad_s));
+    const Eigen::Vector3d acceleration =
+        0.5 * (pose.rotation * (a.specific_force_m_s2 + turn * b.specific_force_m_s2)) -
+        Eigen::Vector3d(0, 0, kGravity_m_s2);
+    pose.translation += dt * velocity + 0.5 * dt * dt * acceleration;
+    pose.rotation = (pose.rotation * turn).normalized();
+    velocity += dt * acceleration;
+  }
+  const RigidTransform end = motion.PoseAt(5.0);
+  EXPECT_LT((pose.translation - end.translation).norm(), 1e-5);
+  EXPECT_LT(LogRotation(pose.rotation.conjugate() * end.rotation).norm(), 1e-6);
+  EXPECT_LT((velocity - motion.VelocityAt(5.0)).norm(), 1e-5);
+}
+
+TEST(SimulateImu, StampsCoverTheMotion) {
+  ImuSimulatorOptions options;
+  options.start_stamp_ns = 1'403'636'580'838'555'648;
+  const SimulatedImu imu = SimulateImu(FlightFor(2.0), options);
+  ASSERT_EQ(imu.samples.size(), 401u);
+  EXPECT_EQ(imu.samples.front().stamp_ns, options.start_stamp_ns);
+  EXPECT_EQ(imu.samples.back().stamp_ns, options.start_stamp_ns + 2'000'000'000);
+}
+
+TEST(SimulateImu, NoiseHasItsDensitiesAndBiasesWalk) {
+  const MotionSpline motion = FlightFor(200.0);
+  ImuSimulatorOptions options;
+  options.initial_gyro_bias_rad_s = {0.01, 0, 0};
+  const SimulatedImu noisy = SimulateImu(motion, options);
+  options.with_noise = false;
+  options.initial_gyro_bias_rad_s.setZero();
+  const SimulatedImu exact = SimulateImu(motion, options);
+  EXPECT_EQ(noisy.biases.front().gyro_rad_s.x(), 0.01);
+  double gyro = 0, accel = 0, gyro_walk = 0, accel_walk = 0;
+  const size_t count = noisy.samples.size() - 1;
+  for (size_t i = 0; i < count; ++i) {
+    const ImuSample &n = noisy.samples[i], &e = exact.samples[i];
+    const ImuBias &b = noisy.biases[i], &next = noisy.biases[i + 1];
+    gyro += (n.angular_velocity_rad_s - e.angular_velocity_rad_s - b.gyro_rad_s).squaredNorm();
+    accel += (n.specific_force_m_s2 - e.specific_force_m_s2 - b.accel_m_s2).squaredNorm();
+    gyro_walk += (next.gyro_rad_s - b.gyro_rad_s).squaredNorm();
+    accel_walk += (next.accel_m_s2 - b.accel_m_s2).squaredNorm();
+  }
+  const double scale = 1.0 / (3.0 * count), rate = options.noise.rate_hz;
+  const ImuNoise& noise = options.noise;
+  EXPECT_NEAR(std::sqrt(gyro * scale / rate) / noise.gyro_noise_rad_s_sqrthz, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(accel * scale / rate) / noise.accel_noise_m_s2_sqrthz, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(gyro_walk * scale * rate) / noise.gyro_walk_rad_s2_sqrthz, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(accel_walk * scale * rate) / noise.accel_walk_m_s3_sqrthz, 1, 0.02);
+}
+
+TEST(SimulateImu, TheSeedDecides) {
+  const MotionSpline motion = FlightFor(1.0);
+  ImuSimulatorOptions options;
+  const auto last = [&] {
+    return SimulateImu(motion, options).samples.back().angular_velocity_rad_s;
+  };
+  const Eigen::Vector3d first = last();
+  EXPECT_EQ(first, last());
+  options.seed = 2;
+  EXPECT_NE(first, last());
+  options.noise.accel_walk_m_s3_sqrthz = -1;
+  EXPECT_THROW(last(), ConfigError);
+}
 
 }  // namespace
 }  // namespace slcmap

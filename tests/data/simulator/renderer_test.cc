@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <opencv2/core.hpp>
@@ -13,7 +14,8 @@
 #include "data/simulator/motion.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/sequence_writer.h"
-#include "tests/data/simulator/small_scenes.h"
+#include "data/simulator/textures.h"
+#include "tests/testing/small_scenes.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -66,6 +68,10 @@ double ProjectedColumn(const Camera& camera, const RigidTransform& T_camera_worl
   return pixel.x();
 }
 
+RenderTask StillTask(Distortion distortion, int frames = 1) {
+  return SlidingTask(SmallRig(distortion), LookingAlongX(), Eigen::Vector3d::Zero(), frames);
+}
+
 class RenderedCameraTest : public ::testing::TestWithParam<Distortion> {};
 
 TEST_P(RenderedCameraTest, AnEdgeIsWhereTheCameraModelProjectsIt) {
@@ -99,8 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Models, RenderedCameraTest,
                                            Distortion::kEquidistant));
 
 TEST(RendererTest, DepthOfAPlaneAcrossTheViewIsItsDistance) {
-  const RenderTask task = SlidingTask(SmallRig(Distortion::kRadialTangential), LookingAlongX(),
-                                      Eigen::Vector3d::Zero(), 1);
+  const RenderTask task = StillTask(Distortion::kRadialTangential);
   const auto renderer = MakeSceneRenderer(TwoToneWall(4, true, 0.8, 0.1), CleanOptions(1), task);
   EXPECT_TRUE(renderer->Render(0, false).depth_m.empty());
   const cv::Mat depth_m = renderer->Render(0, true).depth_m;
@@ -136,8 +141,7 @@ TEST(RendererTest, APaneMirrorsWhatIsBeforeIt) {
 }
 
 TEST(RendererTest, APaneLetsThroughWhatItDoesNotMirror) {
-  const auto task =
-      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  const RenderTask task = StillTask(Distortion::kNone);
   const auto seen = [&](const Scene& scene) {
     return MakeSceneRenderer(scene, CleanOptions(2), task)->Render(0, false).left;
   };
@@ -178,8 +182,7 @@ TEST(RendererTest, MotionBlursAlongTheMotionOnlyAndAboutItsMiddle) {
 }
 
 TEST(RendererTest, NoiseIsThatOfASensorAndNewInEachImage) {
-  const RenderTask task =
-      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 2);
+  const RenderTask task = StillTask(Distortion::kNone, 2);
   RendererOptions options;
   options.camera.vignetting = 0;
   const auto renderer = MakeSceneRenderer(TwoToneWall(3, true, 0.5, 0.5), options, task);
@@ -231,8 +234,8 @@ TEST(RendererTest, ThreadsChangeNothing) {
 }
 
 TEST(RendererTest, WritesEdgesAndSurfaces) {
-  const RenderTask task =
-      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  EXPECT_THROW(MakeSceneRenderer(Scene{}, {}, StillTask(Distortion::kNone)), DataError);
+  const RenderTask task = StillTask(Distortion::kNone, 1);
   Scene scene = TwoToneWall(3, true, 0.5, 0.5);
   scene.edges = {{{3, 0, -0.5}, {3, 0, 0.5}, 2, 0}};
   testing::TempFolder folder;
@@ -244,10 +247,101 @@ TEST(RendererTest, WritesEdgesAndSurfaces) {
             "0,2,0,3.0000,0.0000,-0.5000,3.0000,0.0000,0.5000,0.0000,1.0000\n");
 }
 
-TEST(RendererTest, ASceneWithoutSurfacesIsAnError) {
-  const RenderTask task =
-      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
-  EXPECT_THROW(MakeSceneRenderer(Scene{}, {}, task), DataError);
+std::vector<SeenPart> SelectSeen(const Scene& scene) {
+  const RayScene rays(scene.quads);
+  RenderTask task = StillTask(Distortion::kNone);
+  EdgeWatch watch(scene, rays, task);
+  watch.Look(0);
+  return watch.Parts();
+}
+
+// A wall at 4 m and a screen at 2 m that hides what is to the left of the axis from both cameras:
+// the right one, 0.1 m to the right, sees the wall 0.1 m further behind the screen.
+TEST(EdgeVisibilityTest, HiddenPartsAreNotSeen) {
+  Scene scene = testing::TwoToneWall(4, true, 0.5, 0.5);
+  scene.quads.push_back({{2, 0, -5}, {0, 10, 0}, {0, 0, 10}, 0, {0, 0}});
+  scene.edges = {{{4, -1, 0.3}, {4, 1, 0.3}, 1, 0}};
+  const std::vector<SeenPart> seen = SelectSeen(scene);
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_EQ(seen[0].edge, 0);
+  EXPECT_NEAR(seen[0].from_m, 0, 1e-9);
+  EXPECT_NEAR(seen[0].to_m, 1.1, 0.03);
+}
+
+TEST(EdgeVisibilityTest, PartsOutsideTheViewAreNotSeen) {
+  Scene scene = testing::TwoToneWall(4, true, 0.5, 0.5);
+  scene.edges = {{{-1, 0, 0}, {-2, 0, 0}, 0, 0},         // behind
+                 {{4, 0, -9}, {4, 0, 9}, 2, 0},          // beyond both borders
+                 {{3.99, 0, 40}, {3.99, 1, 40}, 1, 0}};  // far above
+  const std::vector<SeenPart> seen = SelectSeen(scene);
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_EQ(seen[0].edge, 1);
+  EXPECT_NEAR(seen[0].from_m, 9 - 4 * (119 - 61.7) / 114.5, 0.03);
+  EXPECT_NEAR(seen[0].to_m, 9 + 4 * 61.7 / 114.5, 0.03);
+}
+
+TEST(EdgeVisibilityTest, RefusesEdgesWithoutEndAndStopsWhenAsked) {
+  Scene scene = testing::TwoToneWall(4, true, 0.5, 0.5);
+  scene.edges = {{{4, -1, 0.3}, {4, 1e6, 0.3}, 1, 0}};
+  const RayScene rays(scene.quads);
+  RenderTask task = StillTask(Distortion::kNone);
+  EXPECT_THROW(EdgeWatch(scene, rays, task), ConfigError);
+  scene.edges = {{{4, -1, 0.3}, {4, 1, 0.3}, 1, 0}};
+  std::stop_source stop;
+  stop.request_stop();
+  task.stop = stop.get_token();
+  EdgeWatch watch(scene, rays, task);
+  EXPECT_THROW(watch.Look(0), StoppedError);
+}
+
+class TextureTest : public ::testing::TestWithParam<TextureKind> {};
+
+// The mean step between two columns of level 1.
+double StepBetween(const TextureTile& tile, int column, int next) {
+  constexpr int kSide = TextureTile::kSide / 2;
+  double sum = 0;
+  for (int y = 0; y < kSide; ++y) {
+    sum += std::abs(tile.levels[1][y * kSide + column] - tile.levels[1][y * kSide + next]);
+  }
+  return sum / kSide;
+}
+
+TEST_P(TextureTest, KeepsItsMeanOnEachLevelAndHasDetailAtAllScales) {
+  const TextureTile tile = MakeTexture(GetParam(), 1);
+  for (int l = 0; l < TextureTile::kLevels; ++l) {
+    const auto& level = tile.levels[l];
+    const double count = static_cast<double>(level.size());
+    double sum = 0, sum2 = 0;
+    for (const double texel : level) {
+      sum += texel;
+      sum2 += texel * texel;
+    }
+    const double mean = sum / count;
+    EXPECT_NEAR(mean, 128, 3) << "level " << l;
+    if (level.size() < 64) continue;
+    EXPECT_GT(sum2 / count - mean * mean, 0.5) << "level " << l;
+  }
+}
+
+TEST_P(TextureTest, RepeatsWithoutASeam) {
+  const TextureTile tile = MakeTexture(GetParam(), 1);
+  constexpr int kSide = TextureTile::kSide / 2;
+  double largest = 0;
+  for (int x = 0; x + 1 < kSide; ++x) largest = std::max(largest, StepBetween(tile, x, x + 1));
+  EXPECT_LE(StepBetween(tile, kSide - 1, 0), 1.1 * largest);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, TextureTest,
+                         ::testing::Values(TextureKind::kPlaster, TextureKind::kConcrete,
+                                           TextureKind::kWood, TextureKind::kCarpet,
+                                           TextureKind::kBrick, TextureKind::kMetal,
+                                           TextureKind::kTiles));
+
+TEST(TextureSetTest, PostersOfOtherSeedsShowOtherThings) {
+  const std::vector<SurfaceMaterial> materials = {{TextureKind::kPoster, 0.5, 1, 1},
+                                                  {TextureKind::kPoster, 0.5, 1, 2}};
+  const TextureSet textures(materials);
+  EXPECT_NE(textures.Of(materials[0]).levels[3], textures.Of(materials[1]).levels[3]);
 }
 
 }  // namespace

@@ -4,12 +4,16 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
-#include "data/core/error.h"
 #include "tests/testing/example.h"
+#include "tests/testing/line_track_simulator.h"
 
 namespace slcmap {
 namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 class TrackSimulatorTest : public ::testing::Test {
  protected:
@@ -29,11 +33,33 @@ class TrackSimulatorTest : public ::testing::Test {
     }
   }
 
+  SimulatedTracks Simulate(const LineTrackSimulatorOptions& options) const {
+    SimulatedTracks tracks = SimulateTracks(motion_, rig_, {});
+    AddLineTracks(rig_, options, &tracks);
+    return tracks;
+  }
+
+  // Signed distances, in pixels, of a segment's ends from the true edge's image.
+  Vector2d OffTheEdge(const SimulatedTrackFrame& frame, const SimulatedEdge& edge, int camera,
+                      const SimulatedSegment& seen) const {
+    const Camera& model = rig_.cameras[camera];
+    const RigidTransform T = (frame.T_world_imu * rig_.T_imu_camera[camera]).Inverse();
+    const Vector3d normal = (T * edge.start_world).cross(T * edge.end_world);
+    Vector2d out;
+    for (int end = 0; end < 2; ++end) {
+      const Vector2d& p = end == 0 ? seen.start_px : seen.end_px;
+      const Vector3d ray((p.x() - model.cx_px) / model.fx_px, (p.y() - model.cy_px) / model.fy_px,
+                         1);
+      out[end] = model.fx_px * ray.dot(normal) / normal.head<2>().norm();
+    }
+    return out;
+  }
+
   const Rig rig_ = ExampleStereoRig();
   const MotionSpline motion_ = ExampleFlight(rig_, 10.0);
 };
 
-TEST_F(TrackSimulatorTest, WithoutNoiseTracksReprojectExactly) {
+TEST_F(TrackSimulatorTest, WithoutNoisePointsReprojectExactly) {
   const SimulatedTracks tracks = SimulateTracks(motion_, rig_, {});
   ASSERT_EQ(tracks.frames.size(), 201u);
   EXPECT_EQ(tracks.frames[20].stamp_ns, 1'000'000'000);
@@ -51,54 +77,83 @@ TEST_F(TrackSimulatorTest, WithoutNoiseTracksReprojectExactly) {
   EXPECT_GT(stereo, 0.85 * measurements);
 }
 
-TEST_F(TrackSimulatorTest, TracksLastWhileInViewOrUntilTheyAreTooOld) {
-  TrackSimulatorOptions options;
-  for (const int longest : {0, 15}) {
-    options.max_track_frames = longest;
-    std::map<int64_t, int> frames;
-    for (const auto& frame : SimulateTracks(motion_, rig_, options).frames) {
-      for (const auto& track : frame.tracks) ++frames[track.id];
-    }
-    int most = 0;
-    for (const auto& [id, count] : frames) most = std::max(most, count);
-    if (longest == 0) {
-      EXPECT_GT(most, 30);
-    } else {
-      EXPECT_EQ(most, longest);
+TEST_F(TrackSimulatorTest, WithoutNoiseSegmentsLieOnTheirEdgesInTheImage) {
+  const LineTrackSimulatorOptions options;
+  const SimulatedTracks tracks = Simulate(options);
+  int measured = 0, stereo = 0;
+  for (const SimulatedTrackFrame& frame : tracks.frames) {
+    EXPECT_EQ(frame.lines.size(), static_cast<size_t>(options.max_lines));
+    for (const SimulatedLineTrack& line : frame.lines) {
+      const SimulatedEdge& edge = tracks.edges[line.id];
+      ++measured;
+      EXPECT_LT(OffTheEdge(frame, edge, 0, line.left).norm(), 1e-6);
+      EXPECT_GE((line.left.end_px - line.left.start_px).norm(), options.min_length_px);
+      EXPECT_TRUE(rig_.cameras[0].Contains(line.left.start_px, options.margin_px - 1e-6));
+      EXPECT_TRUE(rig_.cameras[0].Contains(line.left.end_px, options.margin_px - 1e-6));
+      if (!line.right) continue;
+      ++stereo;
+      EXPECT_LT(OffTheEdge(frame, edge, 1, *line.right).norm(), 1e-6);
     }
   }
+  EXPECT_GT(stereo, 0.8 * measured);
 }
 
-TEST_F(TrackSimulatorTest, NoiseHasItsSigma) {
-  TrackSimulatorOptions options;
-  options.sigma_px = 0.5;
-  double sum = 0;
-  int count = 0;
-  ForEach(SimulateTracks(motion_, rig_, options),
-          [&](const SimulatedTrack& track, const auto& left, const auto& right) {
-            sum += (track.left_px - left).squaredNorm();
-            count += 2;
-            if (!track.right_px) return;
-            sum += (*track.right_px - *right).squaredNorm();
-            count += 2;
-          });
-  EXPECT_NEAR(std::sqrt(sum / count), 0.5, 0.01);
+TEST_F(TrackSimulatorTest, LandmarksLieOnTheirEdgesAndAreTracked) {
+  LineTrackSimulatorOptions options;
+  options.points_per_edge = 2;
+  const SimulatedTracks tracks = Simulate(options);
+  std::set<int64_t> on_edges;
+  for (const SimulatedEdge& edge : tracks.edges) {
+    ASSERT_EQ(edge.landmarks.size(), 2u);
+    for (const int64_t id : edge.landmarks) {
+      on_edges.insert(id);
+      const Vector3d along = (edge.end_world - edge.start_world).normalized();
+      EXPECT_LT((tracks.landmarks_world[id] - edge.start_world).cross(along).norm(), 1e-9);
+    }
+  }
+  int tracked = 0;
+  for (const SimulatedTrackFrame& frame : tracks.frames) {
+    for (size_t k = 0; k < frame.tracks.size(); ++k) {
+      if (k > 0) {
+        EXPECT_LT(frame.tracks[k - 1].id, frame.tracks[k].id);
+      }
+      if (!on_edges.count(frame.tracks[k].id)) continue;
+      ++tracked;
+      const RigidTransform T = (frame.T_world_imu * rig_.T_imu_camera[0]).Inverse();
+      const auto pixel = rig_.cameras[0].Project(T * tracks.landmarks_world[frame.tracks[k].id]);
+      EXPECT_LT((*pixel - frame.tracks[k].left_px).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(tracked, 20 * static_cast<int>(tracks.frames.size()));
 }
 
-TEST_F(TrackSimulatorTest, StampsCarryTheCameraTimeOffset) {
-  Rig late = rig_;
-  late.camera_time_offset_s = 0.02;  // the camera's clock is behind the IMU's
-  const SimulatedTracks tracks = SimulateTracks(motion_, late, {});
-  const SimulatedTrackFrame& frame = tracks.frames[7];
-  const RigidTransform truth = motion_.PoseAt(ToSeconds(frame.stamp_ns) + 0.02);
-  EXPECT_LT((frame.T_world_imu.translation - truth.translation).norm(), 1e-7);
-  EXPECT_GE(tracks.frames.front().stamp_ns, 0);
-}
-
-TEST_F(TrackSimulatorTest, RefusesNegativeNoise) {
-  TrackSimulatorOptions options;
-  options.sigma_px = -1;
-  EXPECT_THROW(SimulateTracks(motion_, rig_, options), ConfigError);
+TEST_F(TrackSimulatorTest, CrossingsLieOnTheirEdgesInBothImagesAndSlide) {
+  LineTrackSimulatorOptions options;
+  options.crossings_per_edge = 1;
+  const SimulatedTracks tracks = Simulate(options);
+  std::map<int64_t, const SimulatedEdge*> edge_of;
+  for (const SimulatedEdge& edge : tracks.edges) {
+    ASSERT_EQ(edge.crossings.size(), 1u);
+    edge_of[edge.crossings[0]] = &edge;
+  }
+  int measured = 0, slid = 0;
+  for (const SimulatedTrackFrame& frame : tracks.frames) {
+    for (const SimulatedTrack& track : frame.tracks) {
+      const auto edge = edge_of.find(track.id);
+      if (edge == edge_of.end()) continue;
+      ++measured;
+      EXPECT_LT(OffTheEdge(frame, *edge->second, 0, {track.left_px, track.left_px}).norm(), 1e-6);
+      if (track.right_px) {
+        const SimulatedSegment right = {*track.right_px, *track.right_px};
+        EXPECT_LT(OffTheEdge(frame, *edge->second, 1, right).norm(), 1e-6);
+      }
+      const RigidTransform T = (frame.T_world_imu * rig_.T_imu_camera[0]).Inverse();
+      const auto fixed = rig_.cameras[0].Project(T * tracks.landmarks_world[track.id]);
+      slid += !fixed || (*fixed - track.left_px).norm() > 3;
+    }
+  }
+  EXPECT_GT(measured, 10 * static_cast<int>(tracks.frames.size()));
+  EXPECT_GT(slid, measured / 3);
 }
 
 }  // namespace

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 
 #include "data/core/error.h"
+#include "export/plan/drawing.h"
 #include "tests/testing/made_building.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -16,7 +19,6 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 using ::testing::Not;
-using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
 std::vector<std::string> LengthsOf(const StoreyPlan& plan) {
@@ -73,15 +75,16 @@ TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
 }
 
 TEST(StoreyPlanTest, ChainsAreOnAllSidesAndAboutWhereABackWasNotSeen) {
-  const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
-  const auto& lengths = LengthsOf(plans.storeys[0]);
-  // Below and above: the wall at the right has an assumed thickness. At the left and the right:
-  // both walls were measured on both sides.
-  EXPECT_THAT(lengths, UnorderedElementsAre("4.00", "3.00",                    // in the room
-                                            "0.20", "4.00", "~0.20", "~4.40",  //
-                                            "0.20", "4.00", "~0.20", "~4.40",  //
-                                            "0.20", "3.00", "0.20", "3.40",    //
-                                            "0.20", "3.00", "0.20", "3.40"));
+  for (const double turn_rad : {0.0, 0.4}) {  // maps may keep other axes
+    const auto& lengths = LengthsOf(MakePlans(testing::MakeBuilding(1, turn_rad), {}).storeys[0]);
+    // Below and above: the wall at the right has an assumed thickness. At the left and the right:
+    // both walls were measured on both sides.
+    EXPECT_THAT(lengths, UnorderedElementsAre("4.00", "3.00",                    // in the room
+                                              "0.20", "4.00", "~0.20", "~4.40",  //
+                                              "0.20", "4.00", "~0.20", "~4.40",  //
+                                              "0.20", "3.00", "0.20", "3.40",    //
+                                              "0.20", "3.00", "0.20", "3.40"));
+  }
 }
 
 // Two rooms, one above the other, of whose common wall at the left only the upper part was seen.
@@ -107,13 +110,6 @@ TEST(StoreyPlanTest, ChainsAreAboutWhereABorderWasNotSeen) {
   });
   EXPECT_THAT(below(), Contains("~4.00"));
   EXPECT_THAT(below(), Not(Contains("4.00")));
-}
-
-TEST(StoreyPlanTest, ChainsAreAlongWallsOfMapsThatKeepOtherAxes) {
-  const PlanSet turned = MakePlans(testing::MakeBuilding(1, 0.4), {});
-  EXPECT_THAT(LengthsOf(turned.storeys[0]),
-              ::testing::UnorderedElementsAreArray(
-                  LengthsOf(MakePlans(testing::MakeBuilding(), {}).storeys[0])));
 }
 
 TEST(StoreyPlanTest, ChainsHoldOnlyWallsThatAreSeenFromTheirSide) {
@@ -148,26 +144,19 @@ TEST(StoreyPlanTest, ChainsAreOutsideOfRoomsWhoseWallsWereNotSeen) {
   }
 }
 
-TEST(StoreyPlanTest, LengthsAreInMillimetresOnRequest) {
+TEST(StoreyPlanTest, WallsAndOpeningsSayWhatTheyAreAsOptionsAsk) {
+  const StoreyPlan plan = MakePlans(testing::MakeBuilding(), {}).storeys[0];
+  EXPECT_THAT(TextsOf(plan.wall_texts),
+              IsSupersetOf({"W0 0.20", "W1 0.20", "W2 0.20", "W3 ~0.20",  // number, thickness
+                            "0.90 x 2.10", "1.20 x 1.40 +0.90"}));        // clear sizes
+  EXPECT_THAT(TextsOf(plan.wall_texts), Not(Contains("\u03c3 4 mm")));
   PlanOptions options;
-  options.millimetres = true;
-  const PlanSet plans = MakePlans(testing::MakeBuilding(), options);
-  EXPECT_THAT(LengthsOf(plans.storeys[0]), Contains("4000"));
-  EXPECT_THAT(TextsOf(plans.storeys[0].wall_texts), Contains("900 x 2100"));
-  EXPECT_THAT(TextsOf(plans.storeys[0].room_texts), Contains("h 2500"));
-}
-
-TEST(StoreyPlanTest, WallsHaveTheirNumberAndThickness) {
-  const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
-  for (const char* expected : {"W0 0.20", "W1 0.20", "W2 0.20", "W3 ~0.20"}) {
-    EXPECT_THAT(TextsOf(plans.storeys[0].wall_texts), Contains(expected));
-  }
-}
-
-TEST(StoreyPlanTest, OpeningsSayTheirClearSizes) {
-  const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
-  EXPECT_THAT(TextsOf(plans.storeys[0].wall_texts),
-              IsSupersetOf({"0.90 x 2.10", "1.20 x 1.40 +0.90"}));
+  options.millimetres = options.wall_sigma = true;
+  const StoreyPlan asked = MakePlans(testing::MakeBuilding(), options).storeys[0];
+  EXPECT_THAT(LengthsOf(asked), Contains("4000"));
+  EXPECT_THAT(TextsOf(asked.wall_texts), Contains("900 x 2100"));
+  EXPECT_THAT(TextsOf(asked.room_texts), Contains("h 2500"));
+  EXPECT_THAT(TextsOf(asked.wall_texts), Contains("\u03c3 4 mm").Times(4));
 }
 
 TEST(StoreyPlanTest, OnlyDoorsThatWereWalkedThroughSwing) {
@@ -181,15 +170,6 @@ TEST(StoreyPlanTest, OnlyDoorsThatWereWalkedThroughSwing) {
   EXPECT_EQ(swings(), 1);
   building.walls[0].openings[0].walked = false;
   EXPECT_EQ(swings(), 0);
-}
-
-TEST(StoreyPlanTest, SigmaIsWrittenOnRequest) {
-  PlanOptions options;
-  EXPECT_THAT(TextsOf(MakePlans(testing::MakeBuilding(), options).storeys[0].wall_texts),
-              Not(Contains("\u03c3 4 mm")));
-  options.wall_sigma = true;
-  EXPECT_THAT(TextsOf(MakePlans(testing::MakeBuilding(), options).storeys[0].wall_texts),
-              Contains("\u03c3 4 mm").Times(4));
 }
 
 // All texts but those of the chains, whose places follow from the walls.
@@ -237,18 +217,47 @@ TEST(SheetSizeTest, TheSmallestSheetThatHoldsThePlan) {
 }
 
 TEST(SheetSizeTest, ScalesThatCannotBeAreRefused) {
-  EXPECT_THAT(
-      [] {
-        ChooseFormat({100, 80}, {.scale = 50});
-      },
-      ThrowsMessage<ConfigError>(HasSubstr("found 1:50, which A0 does not hold, expected "
-                                           "1:200")));
-  EXPECT_THAT(
-      [] {
-        ChooseFormat({1, 1}, {.scale = -1});
-      },
-      ThrowsMessage<ConfigError>(HasSubstr("plan scale: found 1:-1")));
+  const auto message = [](const Eigen::Vector2d& size_m, int scale) {
+    return testing::MessageOf<ConfigError>([&] { ChooseFormat(size_m, {.scale = scale}); });
+  };
+  EXPECT_THAT(message({100, 80}, 50),
+              HasSubstr("found 1:50, which A0 does not hold, expected 1:200"));
+  EXPECT_THAT(message({1, 1}, -1), HasSubstr("plan scale: found 1:-1"));
   EXPECT_THROW(ChooseFormat({std::numeric_limits<double>::quiet_NaN(), 1}, {}), DataError);
+}
+
+TEST(TakenPlacesTest, BoxesThatAreTurnedOverlapWhereTheirAreasDo) {
+  const Box upright = {{0, 0}, {1, 1}, 0};
+  EXPECT_TRUE(Overlap(upright, {{1.9, 0}, {1, 1}, 0}));
+  EXPECT_FALSE(Overlap(upright, {{2.1, 0}, {1, 1}, 0}));
+  // Its bounding box would reach the upright one, it does not.
+  EXPECT_FALSE(Overlap(upright, {{1.9, 1.9}, {1.2, 1.2}, M_PI / 4}));
+  EXPECT_TRUE(Overlap(upright, {{1.9, 0}, {1.2, 1.2}, M_PI / 4}));
+}
+
+TEST(TakenPlacesTest, LinesMayCrossLinesButNeitherTextsNorWalls) {
+  TakenPlaces taken;
+  taken.AddLine({{0, 0}, {5, 0.1}, 0});
+  taken.AddText({{0, 3}, {2, 0.5}, 0});
+  const Box across = {{3, 0}, {5, 0.1}, M_PI / 2};
+  EXPECT_TRUE(taken.HasRoomForLine(across, 0));
+  EXPECT_FALSE(taken.HasRoomForText(across));
+  EXPECT_FALSE(taken.HasRoomForLine({{0, 0}, {5, 0.1}, M_PI / 2}, 0));
+  taken.AddWall({{3, 4}, {1, 0.5}, 0});
+  EXPECT_FALSE(taken.HasRoomForLine(across, 1));
+  EXPECT_TRUE(taken.HasRoomForLine(across, 1.6));
+  EXPECT_TRUE(taken.IsAtWall({3, 4.55}, 0.1));
+  EXPECT_FALSE(taken.IsAtWall({3, 4.65}, 0.1));
+}
+
+TEST(TakenPlacesTest, TextsAreReadFromBelowOrFromTheRight) {
+  for (int degrees = 0; degrees < 360; degrees += 10) {
+    const double angle_rad = degrees * M_PI / 180;
+    const double read_rad = ReadableAngle({std::cos(angle_rad), std::sin(angle_rad)});
+    EXPECT_LE(read_rad, M_PI / 2 + 0.05) << degrees;
+    EXPECT_GT(read_rad, -M_PI / 2 + 0.04) << degrees;
+    EXPECT_NEAR(std::sin(read_rad - angle_rad), 0, 1e-9) << degrees;
+  }
 }
 
 }  // namespace

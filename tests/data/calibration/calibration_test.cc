@@ -1,0 +1,298 @@
+#include "data/calibration/calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/core/error.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::TempFolder;
+
+// A Kalibr camera with the given transform entries (each line indented by two).
+std::string KalibrCamera(const std::string& transforms) {
+  return transforms +
+         "  cam_overlaps: [1]\n  camera_model: pinhole\n"
+         "  distortion_coeffs: [0.0034, 0.0007, -0.002, 0.0002]\n"
+         "  distortion_model: equidistant\n  intrinsics: [190.9, 190.9, 254.9, 256.8]\n"
+         "  resolution: [512, 512]\n  rostopic: /cam/image_raw\n  timeshift_cam_imu: 0.0012\n";
+}
+
+std::string Rows(const std::string& key, const RigidTransform& transform) {
+  const Eigen::Matrix4d m = transform.Matrix();
+  std::string text = "  " + key + ":\n";
+  for (int i = 0; i < 4; ++i) {
+    text += fmt::format("  - [{:.15f}, {:.15f}, {:.15f}, {:.15f}]\n", m(i, 0), m(i, 1), m(i, 2),
+                        m(i, 3));
+  }
+  return text;
+}
+
+const RigidTransform kLeft{ExpRotation({-1.2, 0.1, 0.3}), {0.05, -0.06, 0.04}};  // T_imu_cam0
+const RigidTransform kRight = kLeft * RigidTransform{ExpRotation({0.01, 0, 0}), {0.1, 0, 0}};
+
+std::string Chain(const std::string& left, const std::string& right) {
+  return "cam0:\n" + KalibrCamera(left) + "cam1:\n" + KalibrCamera(right);
+}
+
+Calibration ReadChain(const std::string& left, const std::string& right) {
+  const TempFolder folder;
+  const std::string path = folder.Write("camchain.yaml", Chain(left, right));
+  const std::string imu = folder.Write(
+      "imu.yaml",
+      "accelerometer_noise_density: 0.0014\naccelerometer_random_walk: 0.000086\n"
+      "gyroscope_noise_density: 0.00008\ngyroscope_random_walk: 2.2e-06\nupdate_rate: 200.0\n");
+  Warnings warnings;
+  return ReadKalibrCalibration(path, imu, &warnings);
+}
+
+void ExpectPoses(const Calibration& calibration) {
+  const auto& poses = calibration.rig.T_imu_camera;
+  EXPECT_LT((poses[0].Matrix() - kLeft.Matrix()).norm(), 1e-9);
+  EXPECT_LT((poses[1].Matrix() - kRight.Matrix()).norm(), 1e-9);
+}
+
+TEST(KalibrCalibration, BothDirectionsAndTheChainGiveTheSameRig) {
+  const Calibration forward =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
+  ExpectPoses(forward);
+  EXPECT_EQ(forward.rig.cameras[1].distortion, Distortion::kEquidistant);
+  EXPECT_EQ(forward.rig.cameras[0].width_px, 512);
+  EXPECT_DOUBLE_EQ(forward.rig.camera_time_offset_s, 0.0012);
+  EXPECT_DOUBLE_EQ(forward.rig.imu_noise.accel_noise_m_s2_sqrthz, 0.0014);
+  EXPECT_DOUBLE_EQ(forward.rig.imu_noise.gyro_walk_rad_s2_sqrthz, 2.2e-6);
+  EXPECT_THAT(forward.source, HasSubstr("T_cam_imu of cam0, T_cam_imu of cam1"));
+  const Calibration backward = ReadChain(Rows("T_imu_cam", kLeft), Rows("T_imu_cam", kRight));
+  ExpectPoses(backward);
+  EXPECT_THAT(backward.source, HasSubstr("T_imu_cam of cam0"));
+  const Calibration chain =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cn_cnm1", kRight.Inverse() * kLeft));
+  ExpectPoses(chain);
+  EXPECT_THAT(chain.source, HasSubstr("T_cn_cnm1 of cam1"));
+}
+
+TEST(KalibrCalibration, EntriesThatContradictEachOtherAreAnError) {
+  EXPECT_THAT(MessageOf<DataError>([] {
+                ReadChain(Rows("T_cam_imu", kLeft) + Rows("T_imu_cam", kLeft),
+                          Rows("T_cam_imu", kRight.Inverse()));
+              }),
+              AllOf(HasSubstr("cam0"), HasSubstr("disagree")));
+  EXPECT_THAT(MessageOf<DataError>([] { ReadChain("", Rows("T_cam_imu", kRight.Inverse())); }),
+              HasSubstr("cam0: T_cam_imu: missing"));
+}
+
+TEST(KalibrCalibration, BothCamerasHaveOneTimeShift) {
+  const auto read = [](const std::string& right_shift, Warnings* warnings) {
+    const TempFolder folder;
+    std::string right = KalibrCamera(Rows("T_imu_cam", kRight));
+    right.replace(right.find("0.0012"), 6, right_shift);
+    return ReadKalibrCalibration(
+        folder.Write("camchain.yaml",
+                     "cam0:\n" + KalibrCamera(Rows("T_imu_cam", kLeft)) + "cam1:\n" + right),
+        folder.Write("imu.yaml", testing::kImuYaml), warnings);
+  };
+  Warnings same, near, far;
+  EXPECT_EQ(read("0.0012", &same).rig.camera_time_offset_s, 0.0012);
+  EXPECT_EQ(same.Count(kTimeShiftsDiffer), 0);
+  EXPECT_EQ(read("0.0017", &near).rig.camera_time_offset_s, 0.0012);
+  EXPECT_EQ(near.Count(kTimeShiftsDiffer), 1);
+  try {
+    read("-0.003", &far);
+    ADD_FAILURE() << "expected a fault";
+  } catch (const InputFault& fault) {
+    EXPECT_THAT(
+        fault.what(),
+        HasSubstr("cam1: timeshift_cam_imu: found -0.003 s, expected that of cam0, 0.0012 s"));
+    EXPECT_THAT(fault.remedy(), HasSubstr("cam1.timeshift_cam_imu in "));
+  }
+}
+
+TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
+  const TempFolder folder;
+  const std::string chain = Chain(Rows("T_imu_cam", kLeft), Rows("T_imu_cam", kRight));
+  folder.Write("mav0/cam0/data.csv", "");
+  const std::string path = folder.Write("dso/camchain.yaml", chain);
+  folder.Write("dso/imu_config.yaml", testing::kImuYaml);
+  Warnings warnings;
+  ExpectPoses(FindCalibration(folder.Path("mav0"), &warnings));
+  EXPECT_TRUE(warnings.entries().empty());
+  ExpectPoses(ReadCalibration(path, &warnings));
+  // OpenCV's first line is no obstacle.
+  folder.Write("dso/camchain.yaml", "%YAML:1.0\n" + chain);
+  const Calibration calibration = ReadKalibrCalibration(path, "", &warnings);
+  ExpectPoses(calibration);
+  EXPECT_EQ(calibration.without_noise, path);
+}
+
+TEST(KalibrCalibration, TheProjectsOwnRigsCanBeRead) {
+  for (const char* name : {"euroc", "tumvi"}) {
+    Warnings warnings;
+    const std::string path = std::string(SLCMAP_SOURCE_DIR "/config/rigs/") + name + ".yaml";
+    const Rig rig = ReadCalibration(path, &warnings).rig;
+    EXPECT_TRUE(warnings.entries().empty());
+    EXPECT_GT((rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.x(), 0.09);
+  }
+}
+
+TEST(AslCalibration, ReadsCamerasAndNoise) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 1});
+  Warnings warnings;
+  const Rig rig = ReadAslCalibration(folder.Path("mav0"), &warnings).rig;
+  EXPECT_EQ(rig.cameras[0].width_px, 96);
+  EXPECT_DOUBLE_EQ(rig.cameras[0].coefficients[0], -0.1);
+  const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+  EXPECT_LT((T_left_right.translation - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(rig.imu_noise.gyro_noise_rad_s_sqrthz, 1.7e-4);
+  const std::string imu = "mav0/imu0/sensor.yaml";
+  std::string text = testing::ReadText(folder.Path(imu));
+  folder.Write(imu, text.replace(text.find("1.7e-4"), 6, "low"));
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadAslCalibration(folder.Path("mav0"), &warnings); }),
+              HasSubstr("found 'low'"));
+}
+
+// What reading a sequence's calibration throws with a part of one of its files replaced.
+InputFault FaultOf(const std::string& file, const std::string& part, const std::string& by) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 1});
+  std::string text = testing::ReadText(folder.Path("mav0/" + file));
+  const size_t at = text.find(part);
+  EXPECT_NE(at, std::string::npos) << part;
+  folder.Write("mav0/" + file, text.replace(at, part.size(), by));
+  Warnings warnings;
+  try {
+    ReadAslCalibration(folder.Path("mav0"), &warnings);
+  } catch (const InputFault& fault) {
+    return fault;
+  }
+  return InputFault("none", "none", "none");
+}
+
+// As Kalibr writes lenses, with indices that are not all there.
+TEST(KalibrCalibration, ChainsOfLensesOfAnyIndex) {
+  const TempFolder folder;
+  const std::string size = "  resolution: [640, 480]\n";
+  const std::string pose =
+      "  - [1, 0, 0, {}]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\n";
+  const auto by = [&](const char* key, double x_m) {
+    return fmt::format("  {}:\n", key) + fmt::format(fmt::runtime(pose), x_m);
+  };
+  const std::string text =
+      "cam0:\n  camera_model: ds\n  intrinsics: [-0.2, 0.6, 160, 160, 320, 240]\n"
+      "  distortion_model: none\n  distortion_coeffs: []\n" +
+      size + by("T_cam_imu", 0) +
+      "cam2:\n  camera_model: eucm\n  intrinsics: [0.6, 1.1, 200, 200, 320, 240]\n"
+      "  distortion_model: none\n  distortion_coeffs: []\n" +
+      size + by("T_cam_imu", -0.1) +
+      "cam3:\n  camera_model: omni\n  intrinsics: [1.2, 450, 450, 320, 240]\n"
+      "  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.01, 0, 0]\n" +
+      size + by("T_cn_cnm1", -0.1);
+  folder.Write("camchain.yaml", text);
+  Warnings warnings;
+  const auto read = [&](const std::vector<int>& cameras) {
+    return ReadKalibrCalibration(folder.Path("camchain.yaml"), "", &warnings, Mirrored::kRefused,
+                                 cameras);
+  };
+  EXPECT_THAT(read({}).cameras, ElementsAre(0, 2));
+  const Rig rig = read({2, 3}).rig;
+  EXPECT_EQ(rig.cameras[0].distortion, Distortion::kExtendedUnified);
+  EXPECT_EQ(rig.cameras[1].distortion, Distortion::kOmni);
+  EXPECT_NEAR(rig.T_imu_camera[1].translation.x(), 0.2, 1e-12);
+  EXPECT_THAT(MessageOf<DataError>([&] { read({1}); }), HasSubstr("cam0 cam2 cam3"));
+  // Coefficients without a model are not read over.
+  std::string without = text;
+  const std::string model = "  distortion_model: radtan\n";
+  folder.Write("camchain.yaml", without.erase(without.find(model), model.size()));
+  EXPECT_THAT(MessageOf<DataError>([&] { read({}); }),
+              HasSubstr("cam3: distortion_coeffs: found 4 numbers, expected none, or zeros"));
+}
+
+TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
+  const std::string camera = "cam0/sensor.yaml", imu = "imu0/sensor.yaml";
+  const struct {
+    std::string file, part, by, found, remedy;
+  } kFaults[] = {
+      {camera, "[96, 64]", "[96.5, 64]", "found 96.5", "resolution in "},
+      {camera, "[96, 64]", "[-96, 64]", "found resolution -96", "resolution (width, height) in "},
+      {camera, "[96, 64]", "[1e300, 64]", "found 1e+300", "resolution in "},
+      {camera, "[96, 64]", "96", "expected a list", "resolution"},
+      {camera, "intrinsics: [60, ", "intrinsics: [", "found 3 numbers, expected fx, fy, cx, cy",
+       "write fx, fy, cx, cy as intrinsics in "},
+      {camera, "intrinsics: [60, ", "intrinsics: [6000, ", "focal length", "intrinsics (fx, fy"},
+      {camera, "intrinsics: ", "intrinsic: ", "intrinsics: missing", "add intrinsics in "},
+      {camera, "radial-tangential", "fow",
+       "distortion_model: found 'fow', expected one of radial-tangential", "distortion_model in "},
+      {camera, "radial-tangential", "fov", "found 4 numbers, expected 1 (w",
+       "distortion_coefficients in "},
+      {camera, "pinhole", "scaramuzza", "found 'scaramuzza', expected one of pinhole",
+       "camera_model in "},
+      {camera, "pinhole", "omni", "found 4 numbers, expected xi, fx, fy, cx, cy", "intrinsics in "},
+      {camera, "pinhole", "ds", "found 4 numbers, expected xi, alpha, fx, fy, cx, cy",
+       "intrinsics in "},
+      {camera, "radial-tangential", "none", "expected none, or zeros",
+       "distortion_coefficients in "},
+      {camera, "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", "found 2 numbers",
+       "distortion_coefficients in "},
+      {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 5\n",
+       "timeshift_cam_imu: found 5 s, expected at most 1 s either way", "in seconds"},
+      {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: -10\n",
+       "timeshift_cam_imu: found -10 s", "one clock"},
+      {"cam1/sensor.yaml", "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 0.002\n",
+       "timeshift_cam_imu: found 0.002 s, expected that of cam0, 0 s", "timeshift_cam_imu in "},
+      {camera, "0, 0, 0, 1]", "0, 0, 5, 1]", "found the last row '0 0 5 1'", "T_BS in "},
+      {camera, "[0, 0, 1, 0,", "[0, 0, 2, 0,", "is not a rotation", "copy T_BS in "},
+      {camera, "rows: 4", "rows: 3", "rows: found 3", "T_BS.rows in "},
+      {"cam1/sensor.yaml", "T_BS", "T_SB", "missing", "add T_BS.data in "},
+      {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, -100", "found a baseline of 100 m",
+       "metres, not millimetres"},
+      {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, 0", "found a baseline of 0 m",
+       "not the same twice; or name two that are apart with --cameras"},
+      {imu, "1.7e-4", "0", "found 0, expected 1e-07 to 1 rad/s/sqrt(Hz)",
+       "gyroscope_noise_density in "},
+      {imu, "1.7e-4", "1e-12", "found 1e-12", "gyroscope_noise_density in "},
+      {imu, "accelerometer_random_walk: 3e-3", "accelerometer_random_walk: 1e-12", "m/s^3/sqrt(Hz)",
+       "accelerometer_random_walk in "},
+      {imu, "1.7e-4", "17", "gyroscope_noise_density: found 17", "gyroscope_noise_density in "},
+      {imu, "rate_hz: 200", "rate_hz: 0", "rate_hz: found 0", "rate_hz in "}};
+  for (const auto& fault : kFaults) {
+    const InputFault found = FaultOf(fault.file, fault.part, fault.by);
+    EXPECT_THAT(found.what(), AllOf(HasSubstr(fault.found), HasSubstr("mav0"))) << fault.by;
+    EXPECT_THAT(found.remedy(), AllOf(HasSubstr(fault.remedy), HasSubstr("mav0"))) << fault.by;
+  }
+}
+
+TEST(KalibrCalibration, AMatrixHasFourRowsOfFour) {
+  EXPECT_THAT(MessageOf<DataError>([] {
+                ReadChain("  T_cam_imu: [[1, 0, 0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 0, 0, 1]]\n",
+                          Rows("T_cam_imu", kRight.Inverse()));
+              }),
+              HasSubstr("cam0: T_cam_imu: found 2 rows, expected 4 rows of 4"));
+}
+
+TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {
+  Calibration given =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
+  given.rig.camera_time_offset_s = -0.0123;
+  const TempFolder folder;
+  Warnings warnings;
+  WriteKalibrCalibration(folder.Path("camchain.yaml"), given.rig);
+  const Rig read = ReadCalibration(folder.Path("camchain.yaml"), &warnings).rig;
+  EXPECT_TRUE(warnings.entries().empty());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_LT((read.T_imu_camera[i].Matrix() - given.rig.T_imu_camera[i].Matrix()).norm(), 1e-12);
+    EXPECT_EQ(read.cameras[i].fx_px, given.rig.cameras[i].fx_px);
+    EXPECT_EQ(read.cameras[i].distortion, given.rig.cameras[i].distortion);
+    EXPECT_EQ(read.cameras[i].coefficients, given.rig.cameras[i].coefficients);
+  }
+  EXPECT_EQ(read.camera_time_offset_s, -0.0123);
+  EXPECT_EQ(read.imu_noise.gyro_noise_rad_s_sqrthz, given.rig.imu_noise.gyro_noise_rad_s_sqrthz);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,308 @@
+#include "data/io/file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "data/core/error.h"
+#include "data/io/output_folder.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::ReadText;
+
+TEST(File, BytesComeBack) {
+  const testing::TempFolder folder;
+  std::string bytes("a\0\r\n\xff", 5);
+  bytes.append(200000, 'x');  // more than a block
+  WriteFile(folder.Path("a"), "longer than what replaces it" + bytes);
+  WriteFile(folder.Path("a"), bytes);
+  EXPECT_EQ(ReadFile(folder.Path("a")), bytes);
+  WriteFile(folder.Path("a"), "");
+  EXPECT_EQ(ReadFile(folder.Path("a")), "");
+}
+
+TEST(File, ErrorsNameTheFileAndTheCause) {
+  const testing::TempFolder folder;
+  for (const std::string path : {folder.Path("none"), folder.Path()}) {
+    EXPECT_THAT(MessageOf<DataError>([&] { ReadFile(path); }),
+                HasSubstr(path == folder.Path() ? "Is a directory" : "No such file"));
+  }
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadFile(folder.Path("none")); }), HasSubstr("none"));
+  const auto write = [](const std::string& path, const std::string& text) {
+    return MessageOf<OutputError>([&] { WriteFile(path, text); });
+  };
+  EXPECT_THAT(write(folder.Path("none/a"), "a"),
+              HasSubstr("none/a: cannot be created: No such file"));
+  // Small enough to wait in a buffer until the file is closed, and too large for that.
+  for (const std::size_t size : {1, 1000000}) {
+    EXPECT_THAT(write("/dev/full", std::string(size, 'x')),
+                HasSubstr("/dev/full: cannot be written: No space"));
+  }
+}
+
+TEST(File, LinksStayAndWhatTheyLeadToIsReplaced) {
+  const testing::TempFolder folder;
+  fs::create_symlink("target", folder.Path("link"));
+  fs::create_symlink(folder.Path("link"), folder.Path("outer"));
+  EXPECT_EQ(LinkTarget(folder.Path("outer")), folder.Path("target"));
+  for (const char* text : {"where nothing was", "where something was"}) {
+    ReplaceFile(folder.Path("outer"), text);
+    EXPECT_TRUE(fs::is_symlink(folder.Path("outer")));
+    EXPECT_EQ(ReadFile(folder.Path("target")), text);
+  }
+  EXPECT_FALSE(fs::exists(folder.Path("target.unfinished")));
+}
+
+TEST(File, WhatIsNoFileIsNotReplaced) {
+  const testing::TempFolder folder;
+  EXPECT_THAT(MessageOf<OutputError>([] { ReplaceFile("/dev/null", "a"); }),
+              HasSubstr("/dev/null: found a device, expected a file"));
+  EXPECT_THAT(MessageOf<OutputError>([&] { ReplaceFile(folder.Path(), "a"); }),
+              HasSubstr("found a folder"));
+  EXPECT_EQ(NoFileAt(folder.Path("none")), "");
+}
+
+TEST(File, FoldersAreMadeWithThoseAbove) {
+  const testing::TempFolder folder;
+  MakeFolder(folder.Path("a/b/c"));
+  MakeFolder(folder.Path("a/b/c"));
+  EXPECT_TRUE(std::filesystem::is_directory(folder.Path("a/b/c")));
+  folder.Write("file", "");
+  EXPECT_THROW(MakeFolder(folder.Path("file")), OutputError);
+  EXPECT_THROW(MakeFolder("/proc/none"), OutputError);
+}
+
+const StageFiles kMap = {"a map", {"map.json", "points.ply"}};
+constexpr char kComplete[] = R"({"format": "slcmap map", "complete": true})";
+constexpr char kPartial[] = R"({"format": "slcmap map", "complete": false})";
+
+class OutputFolderTest : public ::testing::Test {
+ protected:
+  // Writes a map of nothing but a summary.
+  static void Write(OutputFolder* output, const char* summary, bool complete) {
+    WriteFile(output->staging() + "/map.json", summary);
+    output->Commit(complete);
+  }
+
+  testing::TempFolder temp_;
+  const std::string path_ = temp_.Path("out");
+};
+
+TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
+  temp_.Write("out/map.json", kComplete);
+  temp_.Write("out/points.ply", "old");
+  temp_.Write("out/notes.txt", "mine");
+  temp_.Write("out/.unfinished/lines.ply", "of a process that was killed");
+  OutputFolder output(path_, kMap);
+  WriteFile(output.staging() + "/points.ply", "new");
+  WriteFile(output.staging() + "/map.json", "{}");
+  EXPECT_EQ(ReadText(path_ + "/points.ply"), "old");
+  output.Commit();
+  EXPECT_EQ(ReadText(path_ + "/points.ply"), "new");
+  EXPECT_EQ(ReadText(path_ + "/map.json"), "{}");
+  EXPECT_EQ(ReadText(path_ + "/notes.txt"), "mine");
+  EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 3);
+}
+
+TEST_F(OutputFolderTest, FoldersAreReplacedWhole) {
+  temp_.Write("out/map.json", kComplete);
+  for (const char* storey : {"0", "1"}) {
+    temp_.Write(std::string("out/plan/storey_") + storey + ".svg", "old");
+  }
+  OutputFolder output(path_, {"a map", {"map.json", "plan"}});
+  MakeFolder(output.staging() + "/plan");
+  WriteFile(output.staging() + "/plan/storey_0.svg", "new");
+  Write(&output, "{}", true);
+  EXPECT_EQ(ReadText(path_ + "/plan/storey_0.svg"), "new");
+  EXPECT_FALSE(fs::exists(path_ + "/plan/storey_1.svg"));
+}
+
+TEST_F(OutputFolderTest, FilesThatAreNotOfTheStageAreNeitherReplacedNorRemoved) {
+  temp_.Write("out/points.ply", "mine");
+  EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder(path_, kMap); }),
+              HasSubstr("found points.ply, which is not of a map"));
+  fs::remove(path_ + "/points.ply");
+  temp_.Write("out/previous-1/points.ply", "mine");
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
+  EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "mine");
+}
+
+TEST_F(OutputFolderTest, NothingIsWrittenIntoWhatAnotherStageIsReadFrom) {
+  temp_.Write("run/run.json", R"({"format": "slcmap run"})");
+  const std::string run = temp_.Path("run");
+  for (const char* within : {"", "/.", "/deeper", "/previous-1/deeper"}) {
+    EXPECT_THROW(OutputFolder(run + within, kMap, {run}), ConfigError) << within;
+  }
+  EXPECT_NO_THROW(OutputFolder(run + "s", kMap, {run}));
+  MakeFolder(temp_.Path("sequence/mav0"));
+  const std::string sequence = temp_.Path("sequence");
+  for (const char* within : {"/x", "/mav0/x/y"}) {
+    EXPECT_THAT(
+        MessageOf<ConfigError>([&] { OutputFolder output(sequence + within, kMap, {sequence}); }),
+        HasSubstr("nothing is written into what is read"))
+        << within;
+  }
+}
+
+TEST_F(OutputFolderTest, WhatIsNotCommittedLeavesEverythingAsItWas) {
+  temp_.Write("out/map.json", kComplete);
+  temp_.Write("out/points.ply", "old");
+  {
+    OutputFolder output(path_, kMap);
+    WriteFile(output.staging() + "/points.ply", "new");
+    OutputFolder made(temp_.Path("made"), kMap);
+    WriteFile(made.staging() + "/points.ply", "new");
+  }
+  EXPECT_EQ(ReadText(path_ + "/points.ply"), "old");
+  EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 2);
+  EXPECT_FALSE(fs::exists(temp_.Path("made")));
+}
+
+TEST_F(OutputFolderTest, OneAtATime) {
+  {
+    OutputFolder first(path_, kMap);
+    first.Open();
+    EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder(path_, kMap).Open(); }),
+                HasSubstr("out: in use"));
+    EXPECT_THAT(MessageOf<DataError>([&] { InputLock reader(path_); }), HasSubstr("out: in use"));
+  }
+  OutputFolder(path_, kMap).Open();
+  // Readers keep writers out, but not each other.
+  MakeFolder(path_);
+  const InputLock one(path_), other(path_);
+  EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder(path_, kMap).Open(); }),
+              HasSubstr("out: in use"));
+}
+
+TEST_F(OutputFolderTest, InputsAreRefusedUnderAnyName) {
+  MakeFolder(path_);
+  fs::create_directory_symlink(path_, temp_.Path("link"));
+  for (const std::string& name : {path_, path_ + "/", temp_.Path("link"), path_ + "/../out"}) {
+    EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output(name, kMap, {path_}); }),
+                HasSubstr("found the input"))
+        << name;
+  }
+  const OutputFolder within(path_ + "/map", kMap, {path_});
+}
+
+TEST_F(OutputFolderTest, AnEmptyPathAndOtherStagesFoldersAreRefused) {
+  EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output("", kMap); }),
+              HasSubstr("output: found an empty path"));
+  for (const char* mark : {"run.json", "export.json", "journal/header.json"}) {
+    fs::remove_all(path_);
+    const std::string stage = mark == std::string("export.json") ? "export" : "run";
+    temp_.Write(std::string("out/") + mark, R"({"format": "slcmap )" + stage + "\"}");
+    EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap); }),
+                HasSubstr("expected a folder of its own for a map"))
+        << mark;
+  }
+}
+
+TEST_F(OutputFolderTest, OlderResultsMoveAsideOneByOneAndTheUsersFilesStay) {
+  OutputFolder output(path_, kMap);
+  EXPECT_EQ(output.MoveAside(), "");
+  temp_.Write("out/map.json", kPartial);
+  temp_.Write("out/notes.txt", "mine");
+  EXPECT_EQ(output.MoveAside(), path_ + "/previous-1");
+  temp_.Write("out/map.json", kComplete);
+  EXPECT_EQ(output.MoveAside(), path_ + "/previous-2");
+  EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), kPartial);
+  EXPECT_EQ(ReadText(path_ + "/notes.txt"), "mine");
+  temp_.Write("out/previous-1/notes.txt", "mine too");
+  Write(&output, kComplete, true);
+  EXPECT_FALSE(fs::exists(path_ + "/previous-2"));
+  EXPECT_FALSE(fs::exists(path_ + "/previous-1/map.json"));
+  EXPECT_EQ(ReadText(path_ + "/previous-1/notes.txt"), "mine too");
+}
+
+TEST_F(OutputFolderTest, PartialResultsReplaceNoCompleteOnes) {
+  temp_.Write("out/map.json", kComplete);
+  temp_.Write("out/points.ply", "complete");
+  OutputFolder output(path_, kMap);
+  for (int i = 0; i < 2; ++i) {  // the second ones replace partial ones
+    Write(&output, kPartial, false);
+    EXPECT_EQ(ReadText(path_ + "/map.json"), kPartial);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), kComplete);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "complete");
+    EXPECT_FALSE(fs::exists(path_ + "/points.ply"));
+    EXPECT_FALSE(fs::exists(path_ + "/previous-2"));
+  }
+  Write(&output, kComplete, true);
+  EXPECT_FALSE(fs::exists(path_ + "/previous-1"));
+}
+
+TEST_F(OutputFolderTest, ANameAloneMakesNoFolderOurs) {
+  for (const char* foreign : {"x", "{}", R"({"format": "slcmap run"})", "[1]"}) {
+    temp_.Write("out/map.json", foreign);
+    EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap); }),
+                HasSubstr("found map.json, which is not of a map"))
+        << foreign;
+  }
+  fs::remove(path_ + "/map.json");
+  temp_.Write("out/run.json", "x");  // not a run's, and a map leaves it alone
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
+  EXPECT_EQ(ReadText(path_ + "/run.json"), "x");
+}
+
+TEST_F(OutputFolderTest, WhatIsDamagedIsKeptAside) {
+  for (const std::string& damaged : {std::string(kComplete).substr(0, 30), std::string()}) {
+    fs::remove_all(path_);
+    temp_.Write("out/map.json", damaged);
+    temp_.Write("out/points.ply", "old");
+    OutputFolder output(path_, kMap);
+    for (int i = 0; i < 2; ++i) Write(&output, kComplete, true);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), damaged);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "old");
+  }
+}
+
+TEST_F(OutputFolderTest, OnlyFoldersThatItMovedAsideAreRemoved) {
+  temp_.Write("out/map.json", kComplete);
+  for (const char* name : {"previous-1", "previous-", "previous-best", "previous-1b"}) {
+    temp_.Write("out/" + std::string(name) + "/map.json", kComplete);
+  }
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
+  EXPECT_FALSE(fs::exists(path_ + "/previous-1"));
+  for (const char* name : {"previous-", "previous-best", "previous-1b"}) {
+    EXPECT_TRUE(fs::exists(path_ + "/" + name + "/map.json")) << name;
+  }
+}
+
+TEST_F(OutputFolderTest, InputsThatWouldBeReplacedOrRemovedAreRefused) {
+  temp_.Write("out/map.json", kComplete);
+  fs::create_symlink(temp_.Write("out/points.ply", "an input"), temp_.Path("link.ply"));
+  temp_.Write("out/previous-1/map.json", kComplete);
+  for (const char* input :
+       {"out/points.ply", "link.ply", "out/previous-1", "out/previous-1/map.json"}) {
+    EXPECT_THAT(
+        MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap, {temp_.Path(input)}); }),
+        HasSubstr("in it, expected another folder: it would be replaced"))
+        << input;
+  }
+  EXPECT_NO_THROW(OutputFolder(path_, kMap, {temp_.Write("out/mine.yaml", "")}));
+}
+
+TEST_F(OutputFolderTest, FoldersThatStayEmptyGoAwayAgain) {
+  {
+    OutputFolder output(path_ + "/deep/er", kMap);
+    output.Open();
+    EXPECT_TRUE(fs::exists(path_ + "/deep/er"));
+  }
+  EXPECT_FALSE(fs::exists(path_));
+  MakeFolder(path_);
+  OutputFolder(path_, kMap).Open();
+  EXPECT_TRUE(fs::exists(path_)) << "was there before";
+}
+
+}  // namespace
+}  // namespace slcmap

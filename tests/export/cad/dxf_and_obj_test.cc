@@ -1,0 +1,275 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <regex>
+#include <utility>
+
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "export/cad/dxf_writer.h"
+#include "export/cad/obj_writer.h"
+#include "tests/testing/made_building.h"
+#include "tests/testing/reader_program.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::OutputOf;
+
+const char* const kPython = "/usr/bin/python3";  // that for which Debian has packages
+
+class DxfWriterTest : public ::testing::Test {
+ protected:
+  DxfWriterTest() { map_.building = testing::MakeBuilding(2, 0.2); }
+
+  void Write(const MapResult& map) const { DxfWriter({}, 0.5).Write(temp_.Path(""), map, {}); }
+
+  // What read_dxf.py says of files.
+  std::string Read(const std::string& names) const {
+    return OutputOf("cd " + temp_.Path("") + " && " + kPython +
+                    " " SLCMAP_SOURCE_DIR "/tests/export/cad/read_dxf.py " + names);
+  }
+
+  static bool HasEzdxf() {
+    int status = 0;
+    OutputOf(std::string(kPython) + " -c 'import ezdxf'", &status);
+    return status == 0;
+  }
+
+  MapResult map_;
+  testing::TempFolder temp_;
+};
+
+#define NEEDS_EZDXF() \
+  if (!HasEzdxf()) GTEST_SKIP() << "ezdxf is not here: tests/install_readers.sh"
+
+// A wall of 4 m by 2.5 m whose door, of 0.9 m by 2.1 m, reaches down to its border.
+BuildingPlane WallWithDoor() {
+  BuildingPlane plane;
+  plane.kind = PlaneKind::kWall;
+  plane.normal = {0, -1, 0};
+  plane.outline_world = {{0, 0, 0}, {4, 0, 0}, {4, 0, 2.5}, {0, 0, 2.5}};
+  PlaneOpening door;
+  door.outline_world = {{1, 0, 0}, {1.9, 0, 0}, {1.9, 0, 2.1}, {1, 0, 2.1}};
+  plane.openings = {door};
+  return plane;
+}
+
+// A pipe along each axis that there is, in both storeys.
+std::vector<MapPipe> PipesOfAllAxes() {
+  std::vector<MapPipe> pipes;
+  for (const double z : {0.0, 3.2}) {
+    for (const auto& [axis, end] : std::initializer_list<std::pair<LineAxis, Eigen::Vector3d>>{
+             {LineAxis::kX, {3, 0, 0}},
+             {LineAxis::kY, {0, 2, 0}},
+             {LineAxis::kVertical, {0, 0, 2}},
+             {LineAxis::kNone, {1, 1, 0.5}},
+             {LineAxis::kSloped, {2, 0, 1}}}) {
+      MapPipe pipe;
+      pipe.id = std::ssize(pipes);
+      pipe.axis = axis;
+      pipe.start_world = {1, 1, z + 0.2};
+      pipe.end_world = pipe.start_world + end;
+      pipe.radius_m = 0.05;
+      pipes.push_back(pipe);
+    }
+  }
+  return pipes;
+}
+
+TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
+  map_.building.storeys[1].id = 123456789;
+  map_.building.planes = {WallWithDoor()};
+  map_.building.planes[0].storey = 123456789;
+  MapLine line;
+  line.start_world.z() = line.end_world.z() = 4;
+  line.axis = LineAxis::kVertical;
+  line.kind = LineKind::kOutline;
+  map_.lines = {line};
+  Write(map_);
+  const std::regex layer("\n8\n([^\n]*)\n");
+  int count = 0;
+  for (const char* name : {"plan.dxf", "map.dxf"}) {
+    const std::string text = ReadFile(temp_.Path(name));
+    for (std::sregex_iterator it(text.begin(), text.end(), layer), end; it != end; ++it, ++count) {
+      EXPECT_TRUE(std::regex_match((*it)[1].str(), std::regex("[A-Z0-9$_-]{1,31}"))) << (*it)[1];
+    }
+    EXPECT_TRUE(
+        std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || c >= ' '; }));
+  }
+  EXPECT_GT(count, 50);
+  EXPECT_EQ(Ascii("12.00 m\u00b2"), "12.00 m2");
+  EXPECT_EQ(Ascii("\u03c3 4 mm"), "sigma 4 mm");
+}
+
+TEST_F(DxfWriterTest, EzdxfFindsNothingToMend) {
+  NEEDS_EZDXF();
+  map_.building.planes = {WallWithDoor()};
+  map_.points.emplace_back().p_world = {1, 2, 3};
+  map_.pipes = PipesOfAllAxes();
+  map_.trajectory = {{0, {}}, {100'000'000, {}}};
+  Write(map_);
+  MakeFolder(temp_.Path("empty"));
+  DxfWriter({}, 0.5).Write(temp_.Path("empty"), MapResult(), {});
+  const std::string read = Read("plan.dxf map.dxf empty/plan.dxf empty/map.dxf");
+  const std::regex clean("version AC1009\nerrors 0\nfixes 0\nunits 6");
+  EXPECT_EQ(std::distance(std::sregex_iterator(read.begin(), read.end(), clean), {}), 4) << read;
+  for (const char* row :
+       {"LAYER S0_X_PIPE on", "LINE S0_X_PIPE 3.0000", "LINE S0_Y_PIPE 2.0000",
+        "LINE S0_VERTICAL_PIPE 2.0000", "LINE S0_OTHER_PIPE 1.5000", "LINE S0_SLOPED_PIPE 2.2361",
+        "LINE S1_VERTICAL_PIPE 2.0000", "STARTS S1_SLOPED_PIPE 1.0000 1.0000 3.4000"}) {
+    EXPECT_THAT(read, HasSubstr(row));
+  }
+}
+
+TEST_F(DxfWriterTest, FourMetresAreFourMetres) {
+  NEEDS_EZDXF();
+  map_.building.walls[0].openings.clear();
+  Write(map_);
+  const std::string plan = Read("plan.dxf");
+  EXPECT_THAT(plan, HasSubstr("LINE S0_WALL 4.0000"));
+  EXPECT_THAT(plan, HasSubstr("DIMENSION S0_DIMENSION 4.0000 4.00"));
+  EXPECT_THAT(plan, HasSubstr("DIMENSION S0_DIMENSION 3.0000 3.00"));
+  EXPECT_THAT(plan, HasSubstr("text height 0.1"));  // 2 mm at 1:50
+  EXPECT_THAT(plan, HasSubstr("TEXT S0_ROOM_TEXT 12.00 m2"));
+}
+
+// What a program shows at first is the drawing; layers on which nothing is are not there.
+TEST_F(DxfWriterTest, TheDrawingIsInViewAndNoLayerIsEmpty) {
+  NEEDS_EZDXF();
+  map_.building = testing::MakeBuilding();
+  Write(map_);
+  const std::string plan = Read("plan.dxf");
+  EXPECT_THAT(plan, HasSubstr("view holds the drawing True"));
+  EXPECT_THAT(plan, HasSubstr("line scale 0.05"));  // 1:50, dashes in millimetres
+  EXPECT_THAT(plan, HasSubstr("empty layers 0\n"));
+  Write(MapResult());
+  EXPECT_THAT(Read("plan.dxf map.dxf"), HasSubstr("empty layers 0\n"));
+}
+
+TEST_F(DxfWriterTest, TheLowestStoreyIsShownAndEachIsInAFileOfItsOwnToo) {
+  NEEDS_EZDXF();
+  Write(map_);
+  EXPECT_THAT(Read("plan.dxf"), AllOf(HasSubstr("LAYER S0_WALL on"), HasSubstr("LAYER S1_WALL off"),
+                                      HasSubstr("TEXT S1_ROOM_TEXT Room 2")));
+  EXPECT_THAT(Read("plan/storey_1.dxf"),
+              AllOf(HasSubstr("LAYER S1_WALL on"), HasSubstr("TEXT S1_ROOM_TEXT Room 2"),
+                    Not(HasSubstr("S0_"))));
+  EXPECT_THAT(Read("plan/storey_0.dxf"), Not(HasSubstr("S1_")));
+}
+
+TEST_F(DxfWriterTest, CoordinatesSurviveAndPlanesAreFacesWithoutTheirOpeningsBesideOutlines) {
+  NEEDS_EZDXF();
+  map_.building.planes = {WallWithDoor()};
+  map_.trajectory = {{0, {}}, {100'000'000, {}}, {5'000'000'000, {}}, {5'100'000'000, {}}};
+  map_.building.T_map_world.translation = {1000, -2000, 0};
+  map_.points.emplace_back().p_world = {123.45678, -0.00012, 3.3};
+  MapLine line;
+  line.axis = LineAxis::kX;
+  line.kind = LineKind::kEdge;
+  line.start_world = {0.12341, 0.98768, 3.5};
+  line.end_world = {5, 5, 3.5};
+  map_.lines = {line};
+  Write(map_);
+  const std::string read = Read("map.dxf");
+  for (const char* rows :
+       {"STARTS S1_X_EDGE 1000.1234 -1999.0123 3.5000", "POINT POINTS 1123.4568 -2000.0001 3.3000",
+        "3DFACE S0_WALL_PLANE 8.1100",
+        "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
+        "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
+        "POLYLINE TRAJECTORY 2 open\nPOLYLINE TRAJECTORY 2 open"}) {
+    EXPECT_THAT(read, HasSubstr(rows));
+  }
+}
+
+TEST_F(DxfWriterTest, LibreCadDrawsThePlan) {
+  SLCMAP_NEEDS_READER("librecad");
+  SLCMAP_NEEDS_READER("pdfinfo");
+  map_.building = testing::MakeBuilding();
+  Write(map_);
+  OutputOf("HOME=" + temp_.Path("") +
+           " QT_QPA_PLATFORM=offscreen timeout 300 librecad dxf2pdf -a " + temp_.Path("plan.dxf"));
+  EXPECT_THAT(OutputOf("pdfinfo " + temp_.Path("plan.pdf")), HasSubstr("Pages:           1"));
+}
+
+TEST_F(DxfWriterTest, FreeCadReadsLayersLinesPointsAndTexts) {
+  SLCMAP_NEEDS_READER("freecadcmd");
+  map_.building.walls[0].openings.clear();
+  map_.points.emplace_back().p_world = {1, 2, 3};
+  map_.pipes = PipesOfAllAxes();
+  Write(map_);
+  const std::string read =
+      OutputOf("HOME=" + temp_.Path("") + " SLCMAP_DXF=" + temp_.Path("plan.dxf") + ":" +
+               temp_.Path("map.dxf") +
+               " timeout 300 freecadcmd " SLCMAP_SOURCE_DIR "/tests/export/cad/read_freecad.py");
+  for (const char* row : {"slcmap EDGE 4000.0", "slcmap EDGE 2236.1", "slcmap TEXT 12.00 m2",
+                          "slcmap POINT 1000.0 2000.0 3000.0"}) {
+    EXPECT_THAT(read, HasSubstr(row));
+  }
+  EXPECT_THAT(read, Not(HasSubstr("Failed to read")));
+}
+
+MapResult MakeFurnishedMap() {
+  MapResult map;
+  map.building = testing::MakeBuilding();
+  BuildingPlane floor;
+  floor.kind = PlaneKind::kFloor;
+  floor.normal = {0, 0, 1};
+  floor.outline_world = {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}};
+  map.building.planes = {floor};
+  MapLine line;
+  line.axis = LineAxis::kX;
+  line.kind = LineKind::kEdge;
+  line.start_world = {0.12345, 2, 1};
+  line.end_world = {3, 2, 1};
+  map.lines = {line};
+  map.trajectory = {{0, {}}, {100'000'000, {}}};
+  return map;
+}
+
+TEST(ObjWriterTest, AnObjectALayer) {
+  const testing::TempFolder temp;
+  const std::string path = ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0);
+  const std::string text = ReadFile(path);
+  EXPECT_THAT(text, HasSubstr("mtllib map.mtl\n"));
+  EXPECT_THAT(text, HasSubstr("o S0_X_EDGE\nusemtl lines_x\nv 0.123450 2.000000 1.000000\n"
+                              "v 3.000000 2.000000 1.000000\nl 1 2\n"));
+  EXPECT_THAT(text, HasSubstr("o S0_FLOOR_PLANE\nusemtl floor\n"));
+  EXPECT_THAT(text, HasSubstr("l 9 10\nl 10 11\nl 11 12\nl 12 9\n"));  // after two triangles
+  EXPECT_THAT(text, HasSubstr("o TRAJECTORY\nusemtl trajectory\n"));
+  EXPECT_THAT(ReadFile(temp.Path("map.mtl")), HasSubstr("newmtl floor\nKd 0."));
+  EXPECT_THAT(ReadFile(ObjWriter(0.5).Write(temp.Path(""), MapResult(), {}).at(0)),
+              Not(HasSubstr("\no ")));
+}
+
+TEST(ObjWriterTest, UpIsZOrYAndItsCommentSaysWhich) {
+  const testing::TempFolder temp;
+  const std::string path = temp.Path("map.obj");
+  ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {});
+  EXPECT_THAT(ReadFile(path), HasSubstr("metres, z up"));
+  ObjWriter(0.5, {.up = "y"}).Write(temp.Path(""), MakeFurnishedMap(), {});
+  EXPECT_THAT(ReadFile(path), HasSubstr("metres, y up"));
+  EXPECT_THAT(ReadFile(path), HasSubstr("v 0.123450 1.000000 -2.000000\n"));
+  EXPECT_THROW(ObjWriter(0.5, {.up = "x"}).Write(temp.Path(""), {}, {}), ConfigError);
+}
+
+TEST(ObjWriterTest, AssimpReadsLinesAndFaces) {
+  SLCMAP_NEEDS_READER("assimp");
+  const testing::TempFolder temp;
+  const std::string info =
+      OutputOf("assimp info " + ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0));
+  EXPECT_THAT(info, HasSubstr("lines"));
+  EXPECT_THAT(info, HasSubstr("triangles"));
+  for (const char* name : {"S0_X_EDGE", "S0_FLOOR_PLANE", "S0_FLOOR_PLANE_OUTLINE", "TRAJECTORY"}) {
+    EXPECT_THAT(info, HasSubstr(name));
+  }
+  EXPECT_THAT(info, HasSubstr("Maximum point      (4.000000 3.000000 1.000000)"));
+}
+
+}  // namespace
+}  // namespace slcmap
