@@ -1,11 +1,10 @@
 // See page_speed.sh.
 import { readdirSync, readFileSync, statSync } from 'node:fs';
-import { pathToFileURL } from 'node:url';
 import { launch, open, settle } from '../export/web/browser.mjs';
 
-const [large, reference] = process.argv.slice(2);
+const large = process.argv[2];
 const VIEWPORT = { width: 1400, height: 900 };
-const FRAMES = 6; // of each, in turns: other work on the machine slows both
+const FRAMES = 6;
 
 function median(values) {
   return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
@@ -66,27 +65,6 @@ async function framesOfPage(page, frames) {
   }, frames);
 }
 
-async function framesOfReference(page, distance_m, frames) {
-  return page.evaluate(
-    async ({ count, distance_m }) => {
-      const times_ms = [];
-      for (let i = 0; i < count; i++) {
-        const from_ms = performance.now();
-        drawFrom(0.02 * i, distance_m);
-        const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-        gl.flush();
-        while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
-          await new Promise((resolve) => setTimeout(resolve, 2));
-        }
-        gl.deleteSync(drawn);
-        times_ms.push(performance.now() - from_ms);
-      }
-      return times_ms;
-    },
-    { count: frames, distance_m },
-  );
-}
-
 // Picks at places all over the canvas, of lines and planes and, as when points are measured, of the
 // dense cloud.
 async function hoverTimes(page, only) {
@@ -144,25 +122,12 @@ for (const [name, only] of [
   tell(name, `${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
 }
 
-const distance_m = await page.evaluate(() => {
-  const { object, target } = app.view.controls.space;
+await page.evaluate(() => {
   Object.assign(app.view, { movedAt_ms: Infinity, moved() {} }); // it moves from now on
   app.switchLayer('dense', true);
-  return object.position.distanceTo(target);
 });
-const other = await browser.newPage({ viewport: VIEWPORT });
-other.setDefaultTimeout(0);
-await other.goto(pathToFileURL(reference).href);
 await framesOfPage(page, 4); // these find out how much to draw
-await framesOfReference(other, distance_m, 1);
-const times = { page: [], reference: [] };
-for (let i = 0; i < FRAMES; i++) {
-  times.page.push(...(await framesOfPage(page, 1)));
-  times.reference.push(...(await framesOfReference(other, distance_m, 1)));
-}
+const frame_ms = median(await framesOfPage(page, FRAMES));
 const [level, levels] = await page.evaluate(() => [app.view.level, app.view.levels.length]);
-const [page_ms, reference_ms] = [median(times.page), median(times.reference)];
-tell('frame while orbiting', `${page_ms.toFixed(0)} ms (level ${level} of 0 to ${levels - 1})`);
-tell('wide lines of three', `${reference_ms.toFixed(0)} ms`);
-tell('page to wide lines', (page_ms / reference_ms).toFixed(2));
+tell('frame while orbiting', `${frame_ms.toFixed(0)} ms (level ${level} of 0 to ${levels - 1})`);
 await browser.close();

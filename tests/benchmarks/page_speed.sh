@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Times the page of a map with 100,000 lines, 1,000,000 points and 500 planes in headless Chromium,
-# drawn by software, and beside it three.js' own wide lines, 100,000 of them.
+# drawn by software.
 #
 #   page_speed.sh BUILD
 set -euo pipefail
@@ -13,12 +13,5 @@ trap 'rm -rf "$folder"' EXIT
 
 "$build/tests/export/write_room_page" "$build/share/slcmap/page/page.html" \
   "$folder/large.html" 100000 1000000 500
-NODE_PATH=$modules "$modules/.bin/esbuild" "$here/wide_lines.js" --bundle --minify --format=iife \
-  --outfile="$folder/wide_lines.js" --log-level=error
-{
-  echo '<!doctype html><meta charset="utf-8"><body style="margin:0"><canvas></canvas><script>'
-  cat "$folder/wide_lines.js"
-  echo '</script>'
-} >"$folder/wide_lines.html"
 SLCMAP_CHROMIUM=$(command -v chromium) SLCMAP_NODE_MODULES=$modules \
-  node "$here/page_speed.mjs" "$folder/large.html" "$folder/wide_lines.html"
+  node "$here/page_speed.mjs" "$folder/large.html"

@@ -35,6 +35,12 @@ const char* const kFiles[] = {"trajectory.tum",    "keyframes.tum",
 
 class MappingTest : public ::testing::Test {
  protected:
+  // Reading must fail with a message that holds this.
+  void ExpectReadError(const std::string& what, bool accept_changed = false) const {
+    EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = accept_changed}); },
+                ThrowsMessage<DataError>(HasSubstr(what)));
+  }
+
   testing::TempFolder temp_;
   const std::string folder_ = temp_.Path("made/map");
 };
@@ -175,8 +181,7 @@ TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {
   MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
   map.points[1].line_id = 1000;
   WriteMapFolder(folder_, map);
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(HasSubstr("points.ply: vertex row 2: found line_id 1000")));
+  ExpectReadError("points.ply: vertex row 2: found line_id 1000");
 }
 
 TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
@@ -206,10 +211,10 @@ TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
     std::filesystem::remove_all(folder_);  // what is no summary any more is not replaced
     WriteMapFolder(folder_, map);
     std::filesystem::remove(folder_ + "/" + name);
-    EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
+    ExpectReadError(name);
     const std::string damage = "damaged";
     WriteFile(folder_ + "/" + name, damage);
-    EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
+    ExpectReadError(name);
   }
 }
 
@@ -245,13 +250,11 @@ TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
   PlyFile far = ReadPly(path);
   far.elements[0].properties[0].values[2] = 1e30;
   WritePly(path, far);
-  EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = true}); },
-              ThrowsMessage<DataError>(HasSubstr("points.ply: vertex row 3: x: found 1")));
+  ExpectReadError("points.ply: vertex row 3: x: found 1", true);
   WriteFile(path, bytes);
   const std::string poses = folder_ + "/trajectory.tum", rows = ReadFile(poses);
   WriteFile(poses, rows.substr(0, rows.rfind('\n', rows.size() - 2) + 1));
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(HasSubstr("found 50 poses, expected 51 as in map.json")));
+  ExpectReadError("found 50 poses, expected 51 as in map.json");
   EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
 }
 
@@ -271,8 +274,7 @@ TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
     json.erase("id");
     json.erase("checksum");
     WriteSummaryFile(path, json);
-    EXPECT_THAT([&] { ReadMapFolder(folder_); },
-                ThrowsMessage<DataError>(HasSubstr("map.json: " + what + ": missing")));
+    ExpectReadError("map.json: " + what + ": missing");
   }
 }
 
@@ -294,10 +296,7 @@ class LineTablesTest : public MappingTest {
   void ExpectRefused(const std::string& name, const std::vector<std::string>& rows,
                      const std::string& message) const {
     Replace(name, rows);
-    for (const bool accept : {false, true}) {
-      EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = accept}); },
-                  ThrowsMessage<DataError>(HasSubstr(name + ": row " + message)));
-    }
+    for (const bool accept : {false, true}) ExpectReadError(name + ": row " + message, accept);
     WriteFile(folder_ + "/" + name, original_.at(name));
   }
 
@@ -350,14 +349,16 @@ TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
   EXPECT_NEAR(turning.end_m2(2, 2), 0, 1e-12);  // it is vertical
 }
 
-TEST_F(LineTablesTest, MapsOfEarlierVersionsHaveNone) {
-  for (const std::string& name : LineEvidenceFiles()) std::filesystem::remove(folder_ + "/" + name);
+TEST_F(LineTablesTest, MapsOfEarlierVersionsHaveNeitherTheseNorObservationsOfPoints) {
   Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
-  for (const char* what : {"line_covariances", "line_supports"}) summary["counts"].erase(what);
+  for (const char* what : {"line_covariances", "line_supports", "point_observations"}) {
+    std::filesystem::remove(folder_ + "/" + what + ".csv");
+    summary["counts"].erase(what);
+  }
   Json& files = summary["files"];
   files.erase(std::remove_if(files.begin(), files.end(),
                              [](const Json& file) {
-                               return file.at("name").get<std::string>().starts_with("line_");
+                               return file.at("name").get<std::string>().ends_with(".csv");
                              }),
               files.end());
   summary.erase("id");
@@ -365,7 +366,9 @@ TEST_F(LineTablesTest, MapsOfEarlierVersionsHaveNone) {
   WriteSummaryFile(folder_ + "/map.json", summary);
   const MapResult read = ReadMapFolder(folder_);
   EXPECT_EQ(read.lines.size(), 24u);
+  EXPECT_FALSE(read.points.empty());
   EXPECT_TRUE(read.line_evidence.covariances.empty() && read.line_evidence.supports.empty());
+  EXPECT_TRUE(read.point_observations.empty());
 }
 
 TEST_F(LineTablesTest, DamagedCovariancesAreNamed) {
@@ -397,15 +400,13 @@ TEST_F(LineTablesTest, DamagedSupportsAreNamed) {
 TEST_F(LineTablesTest, ChangedTablesAreRefusedUnlessAccepted) {
   Replace("line_supports.csv",
           {"100,0," + std::to_string(map_.keyframes[0].stamp_ns) + ",0,1,2,3,4"});
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(HasSubstr("line_supports.csv: found ")));
+  ExpectReadError("line_supports.csv: found ");
   EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).line_evidence.supports[0].px.end.y(),
             4);
   std::string rows = original_.at("line_supports.csv");
   rows.erase(rows.rfind('\n', rows.size() - 2) + 1);
   WriteFile(folder_ + "/line_supports.csv", rows);
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(HasSubstr("found 231 line_supports, expected 232")));
+  ExpectReadError("found 231 line_supports, expected 232");
 }
 
 TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {

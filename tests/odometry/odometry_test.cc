@@ -113,43 +113,40 @@ double LargestError_m(const Recording& recording, const Result& result) {
   return largest_m;
 }
 
-class OdometryOnImages : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() { recording_ = std::make_unique<Recording>(MakeRecording()); }
-  static void TearDownTestSuite() { recording_.reset(); }
-  static inline std::unique_ptr<Recording> recording_;
-};
+const Recording& BareRoom() {
+  static const Recording recording = MakeRecording();
+  return recording;
+}
 
-TEST_F(OdometryOnImages, ImagesThatAreTheSameAtRestAreTaken) {
-  const Result result = Play(*recording_, recording_->images);
-  EXPECT_EQ(result.Count(kLeftHangs), 0);
-  EXPECT_EQ(result.Count(kRightHangs), 0);
+TEST(OdometryOnImages, ImagesThatAreTheSameAtRestAreTaken) {
+  const Result result = Play(BareRoom(), BareRoom().images);
+  EXPECT_EQ(result.Count(kLeftHangs) + result.Count(kRightHangs), 0);
   EXPECT_LT(ToSeconds(result.states.front().stamp_ns), kRest_s);
   EXPECT_EQ(result.states.back().segment, 0);
-  EXPECT_LT(LargestError_m(*recording_, result), 0.05);
+  EXPECT_LT(LargestError_m(BareRoom(), result), 0.05);
 }
 
-TEST_F(OdometryOnImages, ACameraThatHangsForAWhileIsBridged) {
-  const Result result = Play(*recording_, Hanging(recording_->images, 2.5, 3.0, true, true));
+TEST(OdometryOnImages, ACameraThatHangsForAWhileIsBridged) {
+  const Result result = Play(BareRoom(), Hanging(BareRoom().images, 2.5, 3.0, true, true));
   EXPECT_EQ(result.Count(kLeftHangs), 10);
   EXPECT_EQ(result.states.back().segment, 0);
-  EXPECT_LT(LargestError_m(*recording_, result), 0.1);
+  EXPECT_LT(LargestError_m(BareRoom(), result), 0.1);
 }
 
-TEST_F(OdometryOnImages, ACameraThatHangsForLongStartsANewSegment) {
-  const Result result = Play(*recording_, Hanging(recording_->images, 2.0, 4.2, true, true));
+TEST(OdometryOnImages, ACameraThatHangsForLongStartsANewSegment) {
+  const Result result = Play(BareRoom(), Hanging(BareRoom().images, 2.0, 4.2, true, true));
   EXPECT_EQ(result.Count(kLeftHangs), 44);
   EXPECT_EQ(result.Count("segments ended by a gap in the images"), 1);
   EXPECT_EQ(result.states.back().segment, 1);
 }
 
-TEST_F(OdometryOnImages, ARightCameraThatHangsIsDoneWithout) {
-  const Result result = Play(*recording_, Hanging(recording_->images, 2.5, 4.0, false, true));
+TEST(OdometryOnImages, ARightCameraThatHangsIsDoneWithout) {
+  const Result result = Play(BareRoom(), Hanging(BareRoom().images, 2.5, 4.0, false, true));
   EXPECT_GE(result.Count(kRightHangs), 1);  // right images are looked at on keyframes only
   EXPECT_LE(result.Count(kRightHangs), 30);
   EXPECT_EQ(result.Count(kLeftHangs), 0);
   EXPECT_EQ(result.states.back().segment, 0);
-  EXPECT_LT(LargestError_m(*recording_, result), 0.05);
+  EXPECT_LT(LargestError_m(BareRoom(), result), 0.05);
 }
 
 // The run folder, but for the timings.
@@ -189,49 +186,43 @@ void AcceptAnyHeading(ManhattanOptions* manhattan) {
   manhattan->min_mean_length_px = manhattan->min_share = manhattan->min_minor_share = 0;
 }
 
-class ThreadsChangeNothing : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    recording_ = std::make_unique<Recording>(MakeRecordingWithLines());
-  }
-  static void TearDownTestSuite() { recording_.reset(); }
+const Recording& RoomWithLines() {
+  static const Recording recording = MakeRecordingWithLines();
+  return recording;
+}
 
-  // Gives the result.
-  static Result PlayWithOneAndTwo(const Recording& recording,
-                                  const std::vector<StereoImage>& images) {
-    Result one = Play(recording, images, 1);
-    EXPECT_FALSE(one.states.empty());
-    EXPECT_EQ(one.states.size(), one.run.states.size());
-    ExpectSame(one, Play(recording, images, 2));
-    return one;
-  }
+// Gives the result.
+Result PlayWithOneAndTwo(const Recording& recording, const std::vector<StereoImage>& images) {
+  Result one = Play(recording, images, 1);
+  EXPECT_FALSE(one.states.empty());
+  EXPECT_EQ(one.states.size(), one.run.states.size());
+  ExpectSame(one, Play(recording, images, 2));
+  return one;
+}
 
-  static inline std::unique_ptr<Recording> recording_;
-};
-
-TEST_F(ThreadsChangeNothing, WithLines) {
-  const Result result = PlayWithOneAndTwo(*recording_, recording_->images);
+TEST(ThreadsChangeNothing, WithLines) {
+  const Result result = PlayWithOneAndTwo(RoomWithLines(), RoomWithLines().images);
   EXPECT_GT(result.run.keyframes.size(), 10u);
   EXPECT_GT(result.run.lines.size(), 3u);
 }
 
-TEST_F(ThreadsChangeNothing, WithPointsOfOneCameraAlone) {
-  Recording recording = *recording_;
+TEST(ThreadsChangeNothing, WithPointsOfOneCameraAlone) {
+  Recording recording = RoomWithLines();
   recording.options.method = Method::kPointsMono;
   const OdometryRun run = PlayWithOneAndTwo(recording, recording.images).run;
   EXPECT_GT(run.keyframes.size(), 10u);
   EXPECT_TRUE(run.calibration.back().right_rotation_sigma_rad.isZero(0)) << "of no camera";
 }
 
-TEST_F(ThreadsChangeNothing, WhereCamerasHang) {
-  const auto left = Hanging(recording_->images, 2.5, 3.0, true, true);
-  const Result result = PlayWithOneAndTwo(*recording_, Hanging(left, 3.5, 4.5, false, true));
+TEST(ThreadsChangeNothing, WhereCamerasHang) {
+  const auto left = Hanging(RoomWithLines().images, 2.5, 3.0, true, true);
+  const Result result = PlayWithOneAndTwo(RoomWithLines(), Hanging(left, 3.5, 4.5, false, true));
   EXPECT_EQ(result.Count(kLeftHangs), 10);
   EXPECT_GE(result.Count(kRightHangs), 1);
 }
 
-TEST_F(ThreadsChangeNothing, WhereTheImuFallsSilent) {
-  Recording recording = *recording_;
+TEST(ThreadsChangeNothing, WhereTheImuFallsSilent) {
+  Recording recording = RoomWithLines();
   std::erase_if(recording.imu, [](const ImuSample& sample) {
     const double t_s = ToSeconds(sample.stamp_ns);
     return t_s > 2.5 && t_s < 3.5;
@@ -239,19 +230,18 @@ TEST_F(ThreadsChangeNothing, WhereTheImuFallsSilent) {
   EXPECT_EQ(PlayWithOneAndTwo(recording, recording.images).run.states.back().segment, 1);
 }
 
-TEST_F(ThreadsChangeNothing, WhereTheEstimateFails) {
-  Recording recording = *recording_;
+TEST(ThreadsChangeNothing, WhereTheEstimateFails) {
+  Recording recording = RoomWithLines();
   recording.options.failure.max_speed_m_s = 0.5;
   const Result result = PlayWithOneAndTwo(recording, recording.images);
   EXPECT_GE(result.Count("segments ended by an impossible speed"), 1);
 }
 
 // The camera's clock is behind the IMU's, or ahead of it.
-class OdometryWithTimeOffset : public ThreadsChangeNothing,
-                               public ::testing::WithParamInterface<int64_t> {
+class OdometryWithTimeOffset : public ::testing::TestWithParam<int64_t> {
  protected:
   static Recording OnImuClock() {
-    Recording recording = *recording_;
+    Recording recording = RoomWithLines();
     AcceptAnyHeading(&recording.options.manhattan);
     return recording;
   }
@@ -327,8 +317,8 @@ void Append(const OdometryRun& more, OdometryRun* run) {
   append(more.lines, &run->lines);
 }
 
-TEST_F(OdometryOnImages, PartsTakenOnTheWayMakeUpTheRunAndChangeNothing) {
-  Recording recording = *recording_;
+TEST(OdometryOnImages, PartsTakenOnTheWayMakeUpTheRunAndChangeNothing) {
+  Recording recording = BareRoom();
   recording.options.method = Method::kSlc;
   recording.options.failure.max_lost_s = 0.5;  // the gap below starts a new segment
   std::vector<StereoImage> images = recording.images;
@@ -363,8 +353,8 @@ TEST_F(OdometryOnImages, PartsTakenOnTheWayMakeUpTheRunAndChangeNothing) {
   }
 }
 
-TEST_F(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
-  Recording recording = *recording_;
+TEST(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
+  Recording recording = BareRoom();
   recording.options.method = Method::kSlc;
   for (const int threads : {1, 2}) {
     Odometry odometry(recording.rig, recording.options, threads);
@@ -419,8 +409,8 @@ class LoggerInstead {
   std::shared_ptr<spdlog::logger> before_;
 };
 
-TEST_F(ThreadsChangeNothing, WhatTheOptimisationThrowsComesOutOfAddStereo) {
-  Recording recording = *recording_;
+TEST(ThreadsChangeNothing, WhatTheOptimisationThrowsComesOutOfAddStereo) {
+  Recording recording = RoomWithLines();
   AcceptAnyHeading(&recording.options.manhattan);
   for (const int threads : {1, 2}) {
     const auto sink = std::make_shared<ThrowingSink>();
@@ -437,12 +427,12 @@ TEST_F(ThreadsChangeNothing, WhatTheOptimisationThrowsComesOutOfAddStereo) {
   }
 }
 
-TEST_F(OdometryOnImages, TheStateOfAKeyframeComesWithTheNextImageOrWhenAskedFor) {
-  Odometry odometry(recording_->rig, recording_->options, 2);
-  for (const ImuSample& sample : recording_->imu) odometry.AddImu(sample);
+TEST(OdometryOnImages, TheStateOfAKeyframeComesWithTheNextImageOrWhenAskedFor) {
+  Odometry odometry(BareRoom().rig, BareRoom().options, 2);
+  for (const ImuSample& sample : BareRoom().imu) odometry.AddImu(sample);
   size_t late = 0;
   bool started = false;
-  for (const StereoImage& image : recording_->images) {
+  for (const StereoImage& image : BareRoom().images) {
     const auto at_once = odometry.AddStereo(image), waited_for = odometry.Finish();
     started = started || !at_once.empty();
     EXPECT_EQ(at_once.size() + waited_for.size(), started ? 1u : 0u);
@@ -453,10 +443,10 @@ TEST_F(OdometryOnImages, TheStateOfAKeyframeComesWithTheNextImageOrWhenAskedFor)
   EXPECT_TRUE(odometry.Finish().empty());
 }
 
-TEST_F(OdometryOnImages, OnlySoManyImagesWaitForTheirImuSamples) {
-  Odometry odometry(recording_->rig, recording_->options);
+TEST(OdometryOnImages, OnlySoManyImagesWaitForTheirImuSamples) {
+  Odometry odometry(BareRoom().rig, BareRoom().options);
   for (int i = 0; i < 130; ++i) {
-    StereoImage image = recording_->images.front();
+    StereoImage image = BareRoom().images.front();
     image.stamp_ns += i;
     EXPECT_TRUE(odometry.AddStereo(image).empty());
   }

@@ -23,7 +23,8 @@ TEST_F(RunFolderDamageTest, MissingFilesAreNamed) {
   for (const char* name :
        {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv", "points.ply",
         "rig.json", "timings.json", "run.json", "imu.csv", "raw_rig.json", "options.yaml",
-        "images.csv", "lines.ply", "calibration.csv"}) {
+        "images.csv", "lines.ply", "calibration.csv", "lines.csv", "line_observations.csv",
+        "line_points.csv"}) {
     std::filesystem::remove_all(folder_);
     WriteRunFolder(folder_, testing::MakeSmallRun());
     std::filesystem::remove(folder_ + "/" + name);

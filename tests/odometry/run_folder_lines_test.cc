@@ -1,36 +1,23 @@
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <limits>
+#include <tuple>
 
-#include "data/core/error.h"
 #include "data/io/file.h"
 #include "odometry/run/run_folder.h"
 #include "odometry/run/run_queries.h"
 #include "tests/testing/made_run.h"
-#include "tests/testing/temp_folder.h"
+#include "tests/testing/small_run_folder.h"
 
 namespace slcmap {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
-
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
-const char* const kTables[] = {"lines.csv", "line_observations.csv", "line_points.csv"};
 
-class RunFolderLinesTest : public ::testing::Test {
+class RunFolderLinesTest : public testing::SmallRunFolder {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
-
-  // Reading must fail with a message that holds both.
-  void ExpectReadError(const std::string& place, const std::string& what) {
-    EXPECT_THAT([&] { ReadRunFolder(folder_); },
-                ThrowsMessage<DataError>(AllOf(HasSubstr(place), HasSubstr(what))));
-  }
 
   // Appends a row to a table that is otherwise good; reading must name the row.
   void ExpectRowError(const std::string& name, const std::string& row, const std::string& what) {
@@ -40,9 +27,6 @@ class RunFolderLinesTest : public ::testing::Test {
     WriteFile(Path(name), good + row + "\n");
     ExpectReadError(name + ": row " + std::to_string(rows + 1) + ":", what);
   }
-
-  testing::TempFolder temp_;
-  const std::string folder_ = temp_.Path("run");
 };
 
 TEST_F(RunFolderLinesTest, LinesComeBackExactly) {
@@ -52,33 +36,20 @@ TEST_F(RunFolderLinesTest, LinesComeBackExactly) {
   run.lines[2].start_world.x() = 1.0 / 3;
   run.lines[3].deviation_rad = 0.002;
   run.lines[3].deviation_sigma_rad = 0.0004;
+  run.line_deviation_rad = 0.0033;  // was read as a whole number: 0
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
+  const auto values = [](const Line& line) {
+    return std::tie(line.id, line.segment, line.axis, line.world, line.start_world, line.end_world,
+                    line.covariance_m2, line.observations, line.last_keyframe, line.deviation_rad,
+                    line.deviation_sigma_rad, line.point_ids);
+  };
   ASSERT_EQ(read.lines.size(), run.lines.size());
   for (std::size_t i = 0; i < run.lines.size(); ++i) {
-    const Line &a = read.lines[i], &b = run.lines[i];
-    EXPECT_EQ(a.id, b.id);
-    EXPECT_EQ(a.segment, b.segment);
-    EXPECT_EQ(a.axis, b.axis);
-    EXPECT_EQ(a.world, b.world);
-    EXPECT_EQ(a.start_world, b.start_world);
-    EXPECT_EQ(a.end_world, b.end_world);
-    EXPECT_EQ(a.covariance_m2, b.covariance_m2);
-    EXPECT_EQ(a.observations, b.observations);
-    EXPECT_EQ(a.last_keyframe, b.last_keyframe);
-    EXPECT_EQ(a.deviation_rad, b.deviation_rad);
-    EXPECT_EQ(a.deviation_sigma_rad, b.deviation_sigma_rad);
-    EXPECT_EQ(a.point_ids, b.point_ids);
+    EXPECT_TRUE(values(read.lines[i]) == values(run.lines[i])) << i;
   }
   EXPECT_EQ(read.lines[3].point_ids.size(), 20u);
-}
-
-// It was read as a whole number: 0.
-TEST_F(RunFolderLinesTest, TheDeviationOfTheBuildingComesBack) {
-  OdometryRun run = testing::MakeLineRun();
-  run.line_deviation_rad = 0.0033;
-  WriteRunFolder(folder_, run);
-  EXPECT_EQ(ReadRunFolder(folder_).line_deviation_rad, 0.0033);
+  EXPECT_EQ(read.line_deviation_rad, 0.0033);
 }
 
 TEST_F(RunFolderLinesTest, ObservationsComeBack) {
@@ -108,13 +79,14 @@ TEST_F(RunFolderLinesTest, ManhattanWorldsComeBack) {
   run.manhattan_worlds.push_back({1, -0.5, 0.002, 1600000003123456789, true});
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
+  const auto values = [](const ManhattanWorld& world) {
+    return std::tie(world.segment, world.heading_rad, world.sigma_rad, world.found_at_ns,
+                    world.withdrawn);
+  };
   ASSERT_EQ(read.manhattan_worlds.size(), 2u);
-  EXPECT_EQ(read.manhattan_worlds[1].segment, 1);
-  EXPECT_EQ(read.manhattan_worlds[1].heading_rad, -0.5);
-  EXPECT_EQ(read.manhattan_worlds[1].sigma_rad, 0.002);
-  EXPECT_EQ(read.manhattan_worlds[1].found_at_ns, 1600000003123456789);
-  EXPECT_FALSE(read.manhattan_worlds[0].withdrawn);
-  EXPECT_TRUE(read.manhattan_worlds[1].withdrawn);
+  for (const int i : {0, 1}) {
+    EXPECT_EQ(values(read.manhattan_worlds[i]), values(run.manhattan_worlds[i])) << i;
+  }
 }
 
 TEST_F(RunFolderLinesTest, SlopedDirectionsComeBackWithTheirLines) {
@@ -127,13 +99,13 @@ TEST_F(RunFolderLinesTest, SlopedDirectionsComeBackWithTheirLines) {
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.sloped_directions.size(), 2u);
-  EXPECT_EQ(read.sloped_directions[0].azimuth_rad, 1.5);
-  EXPECT_EQ(read.sloped_directions[0].elevation_rad, 0.5);
-  EXPECT_EQ(read.sloped_directions[0].azimuth_sigma_rad, 0.001);
-  EXPECT_EQ(read.sloped_directions[0].elevation_sigma_rad, 0.002);
-  EXPECT_EQ(read.sloped_directions[0].found_at_ns, 1600000003123456789);
-  EXPECT_FALSE(read.sloped_directions[0].withdrawn);
-  EXPECT_TRUE(read.sloped_directions[1].withdrawn);
+  const auto values = [](const SlopedDirection& slope) {
+    return std::tie(slope.azimuth_rad, slope.elevation_rad, slope.azimuth_sigma_rad,
+                    slope.elevation_sigma_rad, slope.found_at_ns, slope.withdrawn);
+  };
+  for (const int i : {0, 1}) {
+    EXPECT_EQ(values(read.sloped_directions[i]), values(run.sloped_directions[i])) << i;
+  }
   EXPECT_EQ(read.lines[3].axis, LineAxis::kSloped);
   const std::vector<MapLine> lines = ReadMapLines(Path("lines.ply"));
   EXPECT_EQ(lines.size(), run.lines.size() - 1) << "without that of the withdrawn one";
@@ -159,9 +131,8 @@ TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
   WriteRunFolder(folder_, run);
   const std::vector<MapLine> lines = ReadMapLines(Path("lines.ply"));
   ASSERT_EQ(lines.size(), run.lines.size());
-  EXPECT_EQ(lines[20].id, 120);
-  EXPECT_EQ(lines[20].axis, LineAxis::kY);
-  EXPECT_EQ(lines[20].world, 0);
+  EXPECT_EQ(std::tie(lines[20].id, lines[20].axis, lines[20].world),
+            std::make_tuple(120, LineAxis::kY, 0));
   EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.004f);
   EXPECT_FLOAT_EQ(lines[20].deviation_rad, 0.002f);
   EXPECT_FLOAT_EQ(lines[20].deviation_sigma_rad, 0.0004f);
@@ -181,20 +152,6 @@ TEST_F(RunFolderLinesTest, ARunWithoutLinesHasEmptyFiles) {
   EXPECT_TRUE(ReadMapLines(Path("lines.ply")).empty());
   const OdometryRun read = ReadRunFolder(folder_);
   EXPECT_TRUE(read.lines.empty() && read.manhattan_worlds.empty());
-}
-
-TEST_F(RunFolderLinesTest, DropsAndCountsWhatIsNotFinite) {
-  OdometryRun run = testing::MakeLineRun();
-  run.lines[0].end_world.z() = kNotANumber;
-  run.lines[1].covariance_m2(0, 0) = std::numeric_limits<double>::infinity();
-  run.keyframes[0].lines[0].left_px.start.x() = kNotANumber;
-  run.keyframes[0].lines[1].right_px->end.y() = kNotANumber;
-  WriteRunFolder(folder_, run);
-  const OdometryRun read = ReadRunFolder(folder_);
-  EXPECT_EQ(read.lines.size(), 22u);
-  EXPECT_EQ(read.warnings.at("lines_not_finite"), 2);
-  EXPECT_EQ(read.keyframes[0].lines.size(), 22u);
-  EXPECT_EQ(read.warnings.at("line_observations_not_finite"), 2);
 }
 
 TEST_F(RunFolderLinesTest, LinesFollowTheirWorldWhereOneIsDropped) {
@@ -244,41 +201,6 @@ TEST_F(RunFolderLinesTest, DamagedRowsAreNamed) {
                  "left_end_x_px: found 'x'");
   ExpectRowError("line_observations.csv", "0,199,1,2,3,4,5,nan,nan,nan",
                  "right_start_y_px: found 'nan'");
-}
-
-TEST_F(RunFolderLinesTest, MissingFilesAreNamed) {
-  for (const char* name : kTables) {
-    WriteRunFolder(folder_, testing::MakeLineRun());
-    std::filesystem::remove(Path(name));
-    ExpectReadError(name, folder_);
-  }
-}
-
-TEST(RunLines, LinesOfTheLastTenKeyframesAreRecent) {
-  OdometryRun run;
-  for (int i = 0; i < 30; ++i) run.keyframes.push_back({2 * i, 0, i, {}, {}, {}});
-  run.lines.resize(3);
-  run.lines[0].last_keyframe = 38;
-  run.lines[1].last_keyframe = 40;
-  run.lines[2].last_keyframe = 58;
-  const std::vector<MapLine> lines = MapLines(run);
-  EXPECT_FALSE(lines[0].recent);
-  EXPECT_TRUE(lines[1].recent);
-  EXPECT_TRUE(lines[2].recent);
-  run.keyframes.resize(5);
-  EXPECT_TRUE(MapLines(run)[0].recent);
-}
-
-TEST(RunLines, LivesAreCounted) {
-  EXPECT_EQ(MeasureLineTracks({}).lines, 0);
-  std::vector<Line> lines(4);
-  const int seen[] = {3, 40, 10, 11};
-  for (int i = 0; i < 4; ++i) lines[i].observations = seen[i];
-  const LineTrackLengths lives = MeasureLineTracks(lines);
-  EXPECT_EQ(lives.lines, 4);
-  EXPECT_EQ(lives.median_keyframes, 10.5);
-  EXPECT_EQ(lives.mean_keyframes, 16);
-  EXPECT_EQ(lives.share_over_10, 0.5);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "data/core/error.h"
 #include "data/io/file.h"
@@ -87,14 +88,14 @@ TEST_F(RunFolderTest, StatesComeBack) {
   const OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
+  const auto values = [](const OnlineState& state) {
+    return std::tie(state.stamp_ns, state.segment, state.velocity_world_m_s, state.gyro_bias_rad_s,
+                    state.accel_bias_m_s2);
+  };
   ASSERT_EQ(read.states.size(), run.states.size());
   for (std::size_t i = 0; i < run.states.size(); ++i) {
     const OnlineState &a = read.states[i], &b = run.states[i];
-    EXPECT_EQ(a.stamp_ns, b.stamp_ns);
-    EXPECT_EQ(a.segment, b.segment);
-    EXPECT_EQ(a.velocity_world_m_s, b.velocity_world_m_s);
-    EXPECT_EQ(a.gyro_bias_rad_s, b.gyro_bias_rad_s);
-    EXPECT_EQ(a.accel_bias_m_s2, b.accel_bias_m_s2);
+    EXPECT_TRUE(values(a) == values(b)) << i;
     EXPECT_TRUE(a.T_world_imu.translation.isApprox(b.T_world_imu.translation, 1e-8));
     EXPECT_LT(a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation), 1e-7);
   }
@@ -126,23 +127,18 @@ TEST_F(RunFolderTest, TheCalibrationComesBack) {
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.calibration.size(), 1u);
-  const CalibrationEstimate &a = read.calibration[0], &b = run.calibration[0];
-  EXPECT_EQ(a.stamp_ns, b.stamp_ns);
-  EXPECT_EQ(a.segment, 1);
-  EXPECT_EQ(a.time_offset_s, b.time_offset_s);
-  EXPECT_EQ(a.imu_rotation_rad, b.imu_rotation_rad);
-  EXPECT_EQ(a.lever_m, b.lever_m);
-  EXPECT_EQ(a.right_rotation_rad, b.right_rotation_rad);
-  EXPECT_EQ(a.focal_length, b.focal_length);
-  EXPECT_EQ(a.right_centre_px, b.right_centre_px);
-  EXPECT_EQ(a.right_centre_sigma_px, b.right_centre_sigma_px);
-  EXPECT_EQ(a.imu_errors, b.imu_errors);
-  EXPECT_EQ(a.imu_errors_sigma, b.imu_errors_sigma);
-  EXPECT_EQ(a.time_offset_sigma_s, b.time_offset_sigma_s);
-  EXPECT_EQ(a.imu_rotation_sigma_rad, b.imu_rotation_sigma_rad);
-  EXPECT_EQ(a.lever_sigma_m, b.lever_sigma_m);
-  EXPECT_EQ(a.right_rotation_sigma_rad, b.right_rotation_sigma_rad);
-  EXPECT_EQ(a.focal_length_sigma, b.focal_length_sigma);
+  const auto values = [](const CalibrationEstimate& found) {
+    return std::tie(found.stamp_ns, found.segment, found.time_offset_s, found.imu_rotation_rad,
+                    found.lever_m, found.right_rotation_rad, found.focal_length,
+                    found.right_centre_px, found.imu_errors, found.imu_errors_sigma);
+  };
+  const auto sigmas = [](const CalibrationEstimate& found) {
+    return std::tie(found.time_offset_sigma_s, found.imu_rotation_sigma_rad, found.lever_sigma_m,
+                    found.right_rotation_sigma_rad, found.focal_length_sigma,
+                    found.right_centre_sigma_px);
+  };
+  EXPECT_TRUE(values(read.calibration[0]) == values(run.calibration[0]));
+  EXPECT_TRUE(sigmas(read.calibration[0]) == sigmas(run.calibration[0]));
   EXPECT_THAT(ReadFile(folder_ + "/run.json"), HasSubstr("\"focal_length\""));
 }
 
@@ -157,14 +153,6 @@ TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
   }
   EXPECT_FALSE(summary["calibration"]["lever_m"]["estimated"]);
   EXPECT_FALSE(summary["calibration"]["focal_length"]["estimated"]);
-}
-
-TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {
-  OdometryRun run = testing::MakeSmallRun();
-  run.line_deviation_rad = 0.002;
-  WriteRunFolder(folder_, run);
-  const OdometryRun read = ReadRunFolder(folder_);
-  EXPECT_EQ(read.line_deviation_rad, 0.002);
 }
 
 TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
@@ -185,12 +173,9 @@ TEST_F(RunFolderTest, SaysHowPairsWereMended) {
   WriteRunFolder(folder_, run);
   const std::vector<PairPiece> read = ReadRunFolder(folder_).source->opened.pieces;
   ASSERT_EQ(read.size(), 2u);
-  EXPECT_EQ(read[0].from_ns, 5);
-  EXPECT_EQ(read[0].to_ns, 6);
-  EXPECT_EQ(read[0].later, -1);
-  EXPECT_EQ(read[0].late, 2);
-  EXPECT_TRUE(read[0].has_right);
-  EXPECT_FALSE(read[1].has_right);
+  EXPECT_EQ(std::tie(read[0].from_ns, read[0].to_ns, read[0].later, read[0].late),
+            std::make_tuple(5, 6, -1, 2));
+  EXPECT_TRUE(read[0].has_right && !read[1].has_right);
 }
 
 TEST_F(RunFolderTest, SaysWhereItCameFrom) {
@@ -246,25 +231,6 @@ TEST_F(RunFolderTest, EmptyRunComesBackEmpty) {
   EXPECT_TRUE(read.states.empty() && read.keyframes.empty() && read.landmarks.empty());
   const PlyFile lines = ReadPly(folder_ + "/lines.ply");
   EXPECT_EQ(lines.Get("edge", "lines.ply").size(), 0u);
-}
-
-TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
-  OdometryRun run = testing::MakeSmallRun();
-  run.landmarks[1].p_world.y() = kNaN;
-  run.landmarks[2].sigma_m = std::numeric_limits<double>::infinity();
-  run.states[4].T_world_imu.translation.x() = 1e30;
-  run.keyframes[0].observations[0].right_px->x() = kNaN;
-  run.keyframes[1].T_world_imu.rotation.x() = kNaN;
-  WriteRunFolder(folder_, run);
-  const OdometryRun read = ReadRunFolder(folder_);
-  EXPECT_EQ(read.landmarks.size(), 1u);
-  EXPECT_EQ(read.states.size(), 4u);
-  EXPECT_EQ(read.warnings.at("landmarks_not_finite"), 2);
-  EXPECT_EQ(read.warnings.at("states_not_finite"), 1);
-  ASSERT_EQ(read.keyframes.size(), 1u);
-  EXPECT_EQ(read.keyframes[0].observations.size(), 1u);
-  EXPECT_EQ(read.warnings.at("keyframes_not_finite"), 1);
-  EXPECT_EQ(read.warnings.at("observations_not_finite"), 1);
 }
 
 TEST_F(RunFolderTest, AFullDiskNamesTheFileAndLeavesTheOldRun) {

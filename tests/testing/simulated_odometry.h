@@ -214,12 +214,9 @@ struct SimulatedRun {
   size_t removed_points = 0;
   // Normalised squared errors of the last keyframe: of its pose (6 dimensions) and all (15).
   double final_pose_nees = 0, final_nees = 0;
-  // At the end, of the first heading found: its error, counted from the first pose, modulo a right
-  // angle, and the standard deviation claimed; 0 where there is none.
-  double final_heading_error_rad = 0, final_heading_sigma_rad = 0;
-  // The same of the first slope's azimuth and elevation, and its normalised squared error (2).
+  // At the end, of the first slope found: the errors of its azimuth and elevation, counted from the
+  // first pose, and its normalised squared error (2); 0 where there is none.
   Eigen::Vector2d final_slope_error_rad = Eigen::Vector2d::Zero();
-  Eigen::Vector2d final_slope_sigma_rad = Eigen::Vector2d::Zero();
   double final_slope_nees = 0;
   // At the end: estimate less truth of the calibration, what is claimed of it, and the normalised
   // squared error of all (26).
@@ -284,23 +281,6 @@ inline void MeasureFinalNees(const MotionSpline& motion, const SlidingWindow& wi
   run->final_pose_nees = error.head<6>().dot(of_pose.ldlt().solve(error.head<6>()));
 }
 
-inline void MeasureFinalHeading(const MotionSpline& motion, double true_heading_rad,
-                                const SlidingWindow& window, SimulatedRun* run) {
-  const WindowCovariance covariance(window.information());
-  if (window.state().headings.empty()) return;
-  const HeadingState& heading = window.state().headings.front();
-  if (!covariance.Knows(heading.heading_rad.data())) return;
-  const Keyframe& first = run->run.keyframes.front();
-  const RigidTransform gauge =
-      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns)), first.T_world_imu);
-  const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
-  run->final_heading_error_rad =
-      std::remainder(heading.heading_rad[0] + yaw_rad - true_heading_rad, M_PI / 2);
-  constexpr double kGaugeVariance_rad2 = 1e-8;
-  run->final_heading_sigma_rad =
-      std::sqrt(covariance.Of({heading.heading_rad.data()})(0, 0) - kGaugeVariance_rad2);
-}
-
 inline void MeasureFinalSlope(const MotionSpline& motion, const LineTrackSimulatorOptions& lines,
                               const SlidingWindow& window, SimulatedRun* run) {
   const WindowCovariance covariance(window.information());
@@ -317,7 +297,6 @@ inline void MeasureFinalSlope(const MotionSpline& motion, const LineTrackSimulat
   constexpr double kGaugeVariance_rad2 = 1e-8;
   Eigen::Matrix2d variance_rad2 = covariance.Of({slope.angles_rad.data()});
   variance_rad2(0, 0) -= kGaugeVariance_rad2;
-  run->final_slope_sigma_rad = variance_rad2.diagonal().cwiseSqrt();
   run->final_slope_nees =
       run->final_slope_error_rad.dot(variance_rad2.ldlt().solve(run->final_slope_error_rad));
 }
@@ -408,10 +387,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   out.removed_points = points.removed();
   if (!out.states.empty() && !estimator.window().empty()) {
     MeasureFinalNees(motion, estimator.window(), options.fault, &out);
-    if (options.lines) {
-      MeasureFinalHeading(motion, options.lines->heading_rad, estimator.window(), &out);
-      MeasureFinalSlope(motion, *options.lines, estimator.window(), &out);
-    }
+    if (options.lines) MeasureFinalSlope(motion, *options.lines, estimator.window(), &out);
     MeasureCalibration(estimator.window(), options.fault, &out);
   }
   return out;

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <set>
 
 #include "mapping/adjustment/closure.h"
@@ -62,6 +61,12 @@ AdjustmentOptions Quick() {
   return options;
 }
 
+// Flown once for all cases that look at it.
+const SimulatedRun& LongFlight() {
+  static const SimulatedRun run = Fly(Noisy(20));
+  return run;
+}
+
 TEST(Adjustment, OfPerfectTracksIsTheTruth) {
   SimulatedRunOptions options = Noisy();
   options.imu_noise = false;
@@ -103,12 +108,11 @@ TEST(Adjustment, FindsAScaleThatIsOff) {
 }
 
 TEST(Adjustment, IsNearerToTheTruthThanTheWindow) {
-  const SimulatedRunOptions options = Noisy(20);
-  const SimulatedRun run = Fly(options);
-  const AdjustmentResult result = Adjust(run.run, Quick());
+  const AdjustmentResult result = Adjust(LongFlight().run, Quick());
   ASSERT_TRUE(result.usable);
   EXPECT_GT(result.figures.points, 100);
-  EXPECT_LT(Ape(run, result.T_world_imu), Ape(run, WindowPoses(run.run)));
+  EXPECT_LT(Ape(LongFlight(), result.T_world_imu),
+            Ape(LongFlight(), WindowPoses(LongFlight().run)));
 }
 
 TEST(Adjustment, FindsACalibrationThatIsOff) {
@@ -257,9 +261,14 @@ std::vector<Closure> Injected(const AdjustmentState& state, const SimulatedRun& 
   return closures;
 }
 
+const AdjustmentResult& WithoutClosures() {
+  static const AdjustmentResult result = AdjustWithClosures(LongFlight().run, Quick(), nullptr);
+  return result;
+}
+
 TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
-  const SimulatedRun run = Fly(Noisy(20));
-  const AdjustmentResult without = AdjustWithClosures(run.run, Quick(), nullptr);
+  const SimulatedRun& run = LongFlight();
+  const AdjustmentResult& without = WithoutClosures();
   const auto shifted = [&](const AdjustmentState& state, const Progress&) {
     return Injected(state, run, {0.5, 0.3, 0}, 4);
   };
@@ -272,8 +281,8 @@ TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
 
 // Within what odometry may have drifted, each by another 3 cm, they move poses by a tenth of that.
 TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
-  const SimulatedRun run = Fly(Noisy(20));
-  const AdjustmentResult without = AdjustWithClosures(run.run, Quick(), nullptr);
+  const SimulatedRun& run = LongFlight();
+  const AdjustmentResult& without = WithoutClosures();
   const auto mixed = [&](const AdjustmentState& state, const Progress&) {
     std::vector<Closure> closures = Injected(state, run, Eigen::Vector3d::Zero(), 8);
     for (size_t i = 0; i < closures.size(); i += 2) {

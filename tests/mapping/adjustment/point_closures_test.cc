@@ -201,16 +201,5 @@ TEST(PointClosures, WhatOdometryFollowedAllTheWayIsNoRevisit) {
       FindPointClosures(StateOfRun(run, options), images, model.points, options.closures).empty());
 }
 
-TEST(PointClosures, EndWhenTheyAreTold) {
-  const WallImages images;
-  const OdometryRun run = RunWithDrift(images, Vector3d::Zero());
-  const AdjustmentOptions options;
-  const AdjustmentModel model(run, options);
-  const Progress never([](double) { return false; });
-  EXPECT_THROW(
-      FindPointClosures(StateOfRun(run, options), images, model.points, options.closures, never),
-      StoppedError);
-}
-
 }  // namespace
 }  // namespace slcmap

@@ -3,14 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "mapping/building/face_surface.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -52,27 +54,6 @@ TEST(Faces, IntervalsHoldTheMiddleOfWallsThatBend) {
   EXPECT_GE(held, 36);
 }
 
-TEST(Faces, HeadingIsThatOfTheWall) {
-  const double slope = std::tan(7 * M_PI / 180);
-  const std::vector<Face> faces =
-      FindFaces(WallOf(5, 0.01, 1, [&](double x) { return slope * x; }), AllFree, {});
-  ASSERT_THAT(faces, SizeIs(1));
-  const double turn = std::atan2(-faces[0].normal.x(), faces[0].normal.y());
-  EXPECT_NEAR(turn * 180 / M_PI, 7, 0.1);
-}
-
-TEST(Faces, WallGoesOnBeyondADoorButNotBesideAStep) {
-  std::vector<FaceSample> samples = WallOf(6, 0.01, 1, [](double x) { return x > 4 ? 0.06 : 0; });
-  std::erase_if(samples, [](const FaceSample& sample) {
-    return sample.p_world.x() > 1.5 && sample.p_world.x() < 2.5;
-  });
-  const std::vector<Face> faces = FindFaces(samples, AllFree, {});
-  ASSERT_THAT(faces, SizeIs(2));
-  EXPECT_NEAR(faces[0].Length(), 4, 0.1);
-  EXPECT_NEAR(faces[1].Length(), 2, 0.1);
-  EXPECT_NEAR(faces[1].offset_m, 0.06, 0.005);
-}
-
 TEST(Faces, LinesOfABlankWallMakeAFaceOnTheFreeSide) {
   std::vector<FaceSample> samples;
   for (double x = 0; x < 4; x += 0.1) {
@@ -111,6 +92,150 @@ TEST(Faces, MainHeadingIsThatOfMostWalls) {
   Face other;
   other.to_m = 3;
   EXPECT_NEAR(MainHeading({wall, across, other}), 0.4, 1e-9);
+}
+
+constexpr double kLength_m = 6;
+
+// A wall along x at y = 0, looking to +y, with what is measured of it.
+class WallSamples {
+ public:
+  explicit WallSamples(uint32_t seed) : generator_(seed) {}
+
+  // Points of a part of it, so far before it.
+  void AddPoints(double before_m, double low_m, double high_m, double step_m = 0.05,
+                 double noise_m = 0.01) {
+    for (double x = 0; x < kLength_m; x += step_m) {
+      for (double z = low_m; z < high_m; z += step_m) {
+        samples_.push_back({{x, before_m + noise_m * normal_(generator_), z},
+                            Vector2d::UnitY(),
+                            Vector2d::Zero(),
+                            noise_m});
+      }
+    }
+  }
+
+  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0) {
+    for (double x = 0.05; x < kLength_m; x += 0.1) {
+      const double y = before_m + slope * (x - 0.5 * kLength_m);
+      samples_.push_back({{x, noise_m > 0 ? y + noise_m * normal_(generator_) : y, z_m},
+                          Vector2d::Zero(),
+                          Vector2d::UnitX(),
+                          std::max(0.002, noise_m)});
+    }
+  }
+
+  const std::vector<FaceSample>& samples() const { return samples_; }
+
+ private:
+  std::mt19937 generator_;
+  std::normal_distribution<double> normal_;
+  std::vector<FaceSample> samples_;
+};
+
+Face FaceBefore(double offset_m) {
+  Face face;
+  face.normal = Vector2d::UnitY();
+  face.offset_m = offset_m;
+  face.heading_sigma_rad = 0.003;
+  face.from_m = -kLength_m;
+  face.to_m = 0;
+  return face;
+}
+
+double DistanceAtMiddle(const Face& face) { return face.DistanceTo({0.5 * kLength_m, 0}); }
+
+// How far a face is from the wall that started so far before it.
+double OffAfterMove(const WallSamples& wall, double start_m) {
+  Face face = FaceBefore(start_m);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  return DistanceAtMiddle(face);
+}
+
+TEST(FaceSurface, WallIsBehindItsSkirtingAndFrames) {
+  // Blank but for its edge to the ceiling: most of what is seen of it stands before it.
+  WallSamples wall(1);
+  wall.AddLine(0, 2.7);
+  for (const double z : {0.08, 0.09, 2.1}) wall.AddLine(0.015, z);
+  wall.AddLine(0.025, 2.15);
+  wall.AddPoints(0.015, 0, 0.09);
+  EXPECT_NEAR(OffAfterMove(wall, 0.012), 0, 0.003);
+}
+
+// That many frames stand equally far before a wall does not make them the wall.
+TEST(FaceSurface, FramesOfOneThicknessAreNotTheWall) {
+  WallSamples wall(6);
+  for (const double z : {0.8, 0.9, 1.2, 1.8, 2.1, 2.2}) wall.AddLine(0.02, z);
+  wall.AddPoints(0, 0.1, 2.6, 0.1, 0.02);
+  EXPECT_NEAR(OffAfterMove(wall, 0.018), 0, 0.0065);
+}
+
+// Stereo has the depth of a frame on the plaster beside it, too, which has less texture.
+TEST(FaceSurface, PointsBesideFramesMayBeOfThese) {
+  WallSamples wall(9);
+  for (const double z : {0.1, 0.9, 1.0, 2.1, 2.2}) {
+    wall.AddLine(0.02, z);
+    wall.AddPoints(0.02, z - 0.12, z + 0.12, 0.05, 0.02);
+  }
+  wall.AddPoints(0, 0.3, 0.7, 0.1, 0.02);
+  wall.AddPoints(0, 1.2, 1.9, 0.1, 0.02);
+  EXPECT_NEAR(OffAfterMove(wall, 0.018), 0, 0.007);
+}
+
+// What lines scatter by is no thickness of frames.
+TEST(FaceSurface, LinesThatScatterAreTheWall) {
+  WallSamples wall(7);
+  for (int i = 0; i < 7; ++i) wall.AddLine(0, 0.5 + 0.3 * i, 0, 0.004);
+  EXPECT_NEAR(OffAfterMove(wall, 0.005), 0, 0.003);
+  wall.AddPoints(0, 0.1, 2.6, 0.11);
+  EXPECT_NEAR(OffAfterMove(wall, 0.005), 0, 0.003);
+}
+
+TEST(FaceSurface, OneRecessedLineIsNotTheWall) {
+  WallSamples wall(8);
+  for (int i = 0; i < 6; ++i) wall.AddLine(0, 0.5 + 0.3 * i);
+  wall.AddLine(-0.02, 1.1);
+  Face face = FaceBefore(0.005);
+  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, {}, &face), 0.02);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+}
+
+TEST(FaceSurface, StrayPlacesBehindItDoNotMoveIt) {
+  WallSamples wall(3);
+  wall.AddPoints(0, 0.1, 2.6);
+  wall.AddPoints(-0.03, 1, 1.2);
+  EXPECT_NEAR(OffAfterMove(wall, 0.005), 0, 0.005);
+}
+
+TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
+  constexpr double kSlope = 0.002;
+  WallSamples wall(4);
+  wall.AddLine(0, 2.7, kSlope);
+  wall.AddLine(0, 0.1, kSlope);
+  wall.AddLine(0.02, 1);  // a rail that is not parallel to it
+  Face face = FaceBefore(0.004);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.002);
+  EXPECT_NEAR(-face.normal.x(), kSlope, 0.0007);
+  // The face covers what it covered.
+  EXPECT_NEAR(face.Length(), kLength_m, 1e-9);
+}
+
+TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
+  WallSamples small(5), large(5);
+  small.AddPoints(0, 1, 1.1, 0.5);
+  large.AddPoints(0, 0.1, 2.6);
+  Face first = FaceBefore(0), second = FaceBefore(0);
+  const double small_m = MoveOntoSurface(small.samples(), 0.045, {}, &first);
+  const double large_m = MoveOntoSurface(large.samples(), 0.045, {}, &second);
+  EXPECT_GT(small_m, 0.008);
+  EXPECT_LT(large_m, 0.006);
+}
+
+TEST(FaceSurface, WithoutSamplesItStays) {
+  Face face = FaceBefore(0.7);
+  EXPECT_EQ(MoveOntoSurface({}, 0.045, {}, &face), 0);
+  EXPECT_EQ(face.offset_m, 0.7);
+  EXPECT_EQ(face.normal, Vector2d::UnitY());
 }
 
 }  // namespace

@@ -56,11 +56,6 @@ TEST(FreeSpace, CountsNoMoreWaysThanFit) {
   EXPECT_TRUE(whole.IsFree({5, 1}));
 }
 
-TEST(FreeSpaceRays, AreAllOfFew) {
-  const auto seen = RaysWith({2, 0, 3});
-  EXPECT_EQ(CollectRays({seen, 100}), (std::vector{0, 1, 2, 3, 4}));
-}
-
 // Whichever views they are of, also those with fewer rays than one is taken of.
 TEST(FreeSpaceRays, AreEverySoManiethOfMany) {
   const auto seen = RaysWith({4, 1, 1, 0, 5, 2});
@@ -78,6 +73,64 @@ TEST(FreeSpaceRays, AreGivenInRangesOfViewsUntilStopped) {
   EXPECT_EQ(next, 100u);
   const Progress stops([](double share) { return share < 0.5; });
   EXPECT_THROW(rays.ForSomeViews(stops, [](size_t, size_t) {}), StoppedError);
+}
+
+constexpr double kGridCell_m = 0.05, kFaceLength_m = 4, kFaceHeight_m = 2.8;
+
+FaceGrid GridOfAFace() {
+  Face face;
+  face.from_m = 0;
+  face.to_m = kFaceLength_m;
+  return FaceGrid(face, 0, kFaceHeight_m, kGridCell_m);
+}
+
+// Calls `add` for each cell of a rectangle.
+template <typename Add>
+void Over(double from_m, double to_m, double low_m, double high_m, Add add) {
+  for (double along_m = from_m + 0.5 * kGridCell_m; along_m < to_m; along_m += kGridCell_m) {
+    for (double z_m = low_m + 0.5 * kGridCell_m; z_m < high_m; z_m += kGridCell_m)
+      add(along_m, z_m);
+  }
+}
+
+void Support(double from_m, double to_m, double low_m, double high_m, FaceGrid* grid) {
+  Over(from_m, to_m, low_m, high_m, [&](double along_m, double z_m) {
+    grid->AddSupport(along_m, z_m);
+    grid->AddHit(along_m, z_m);
+  });
+}
+
+void Pass(double from_m, double to_m, double low_m, double high_m, FaceGrid* grid) {
+  Over(from_m, to_m, low_m, high_m, [&](double along_m, double z_m) {
+    for (int i = 0; i < 2; ++i) grid->AddPass(along_m, z_m);
+  });
+}
+
+// Whose sills are as blank as may be: nothing but its lintels was measured.
+TEST(WallShares, AWallOfWindowsIsAWall) {
+  FaceGrid grid = GridOfAFace();
+  Support(0, kFaceLength_m, 2.4, kFaceHeight_m, &grid);
+  Pass(0.2, kFaceLength_m - 0.2, 1, 2.4, &grid);
+  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+}
+
+// But for its edge to the ceiling, with a few rays that are off.
+TEST(WallShares, ABlankWallThatStrayRaysPassIsAWall) {
+  FaceGrid grid = GridOfAFace();
+  Support(0, kFaceLength_m, 2.7, kFaceHeight_m, &grid);
+  for (double along_m = 0.1; along_m < kFaceLength_m; along_m += 0.2) {
+    Pass(along_m, along_m + kGridCell_m, 0.5, 0.5 + kGridCell_m, &grid);
+  }
+  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+}
+
+TEST(WallShares, AWidePassageBetweenShortPiecesOfAWallIsAWalls) {
+  FaceGrid grid = GridOfAFace();
+  Support(0.5, 3.5, 2.1, kFaceHeight_m, &grid);
+  Support(0.5, 0.8, 0, 2.1, &grid);
+  Support(3.2, 3.5, 0, 2.1, &grid);
+  Pass(0.8, 3.2, 0, 2.1, &grid);
+  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
 }
 
 }  // namespace

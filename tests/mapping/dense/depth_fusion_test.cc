@@ -5,22 +5,17 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/mapping/dense/wall_depth.h"
+#include "tests/testing/pinhole_camera.h"
+
 namespace slcmap {
 namespace {
 
-Camera FusionCamera() {
-  Camera camera;
-  camera.width_px = 400;
-  camera.height_px = 300;
-  camera.fx_px = camera.fy_px = 250;
-  camera.cx_px = 199.5;
-  camera.cy_px = 149.5;
-  return camera;
-}
+const Camera kFusionCamera = testing::PinholeCamera(400, 300, 250, 199.5, 149.5);
 
 // A wall across the optical axis, seen with noise.
 DepthGrid NoisyWallAt(double depth_m, double sigma_m, int seed) {
-  DepthGrid grid(FusionCamera(), 5);
+  DepthGrid grid(kFusionCamera, 5);
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   for (DepthNode& node : grid.nodes) {
@@ -41,13 +36,18 @@ RigidTransform LookingBackAlongX(double x_m) {
   return {Eigen::Quaterniond(R), {x_m, 0, 0}};
 }
 
-TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
-  DenseOptions options;
-  DepthFusion fusion(options);
+// At x = 2 m.
+std::vector<DensePoint> WallOfTwelveNoisyViews() {
+  DepthFusion fusion((DenseOptions()));
   for (int i = 0; i < 12; ++i) {
-    fusion.Add(LookingAlongX(0.02 * i), FusionCamera(), NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
+    fusion.Add(LookingAlongX(0.02 * i), kFusionCamera, NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
   }
-  const std::vector<DensePoint> points = fusion.Points();
+  return fusion.Points();
+}
+
+TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
+  const DenseOptions options;
+  const std::vector<DensePoint> points = WallOfTwelveNoisyViews();
   // The views see some 3.2 x 2.4 m of it.
   const double voxels = 3.2 * 2.4 / (options.voxel_m * options.voxel_m);
   EXPECT_GT(points.size(), 0.7 * voxels);
@@ -65,8 +65,8 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
 TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
   DepthFusion fusion((DenseOptions()));
   for (int i = 0; i < 8; ++i) {
-    fusion.Add(LookingAlongX(0), FusionCamera(), NoisyWallAt(2.0, 0.01, i));
-    fusion.Add(LookingBackAlongX(4.03), FusionCamera(), NoisyWallAt(2.0, 0.01, 100 + i));
+    fusion.Add(LookingAlongX(0), kFusionCamera, NoisyWallAt(2.0, 0.01, i));
+    fusion.Add(LookingBackAlongX(4.03), kFusionCamera, NoisyWallAt(2.0, 0.01, 100 + i));
   }
   int64_t near = 0, far = 0;
   for (const DensePoint& point : fusion.Points()) {
@@ -79,11 +79,7 @@ TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
 }
 
 TEST(DepthFusion, ThinsOutWhereCoordinatesChangeTheirSignAsElsewhere) {
-  DepthFusion fusion((DenseOptions()));
-  for (int i = 0; i < 12; ++i) {
-    fusion.Add(LookingAlongX(0.02 * i), FusionCamera(), NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
-  }
-  const std::vector<DensePoint> points = fusion.Points();
+  const std::vector<DensePoint> points = WallOfTwelveNoisyViews();
   const auto count_at = [&](double z_m) {
     return static_cast<double>(std::count_if(
         points.begin(), points.end(),
@@ -101,7 +97,7 @@ TEST(DepthFusion, LeavesOutWhatIsUncertain) {
   for (DepthNode& node : wall.nodes) {
     node.sigma = static_cast<float>(1.1 * options.max_sigma_m / (2 * 2));
   }
-  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), FusionCamera(), wall);
+  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), kFusionCamera, wall);
   EXPECT_TRUE(uncertain.Points().empty());
 }
 
@@ -112,10 +108,60 @@ TEST(DepthFusion, TakesAPlaceOnceItIsKnownToTheVoxelsSize) {
   const double sigma_m = 2.4 * options.voxel_m;
   for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
   DepthFusion fusion(options);
-  fusion.Add(LookingAlongX(0), FusionCamera(), wall);
+  fusion.Add(LookingAlongX(0), kFusionCamera, wall);
   const std::size_t once = fusion.Points().size();
-  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), FusionCamera(), wall);
+  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), kFusionCamera, wall);
   EXPECT_GT(fusion.Points().size(), 2 * once);
+}
+
+constexpr double kDepth_m = 2, kSigma_m = 0.01;
+constexpr int kStep_px = 5;
+
+RigidTransform Beside(double x_m) { return {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}; }
+
+int64_t Known(const DepthGrid& grid) {
+  return std::count_if(grid.nodes.begin(), grid.nodes.end(),
+                       [](const DepthNode& node) { return node.is_known(); });
+}
+
+// How much of a wall is confirmed when other views stand at places and see it at depths.
+double ConfirmedShare(const std::vector<std::pair<double, double>>& places_and_depths_m) {
+  const DepthGrid wall = testing::WallAt(kDepth_m, kSigma_m, kStep_px);
+  std::vector<DepthGrid> grids;
+  for (const auto& [place_m, depth_m] : places_and_depths_m) {
+    grids.push_back(testing::WallAt(depth_m, kSigma_m, kStep_px));
+  }
+  std::vector<PlacedGrid> others;
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    others.push_back({Beside(places_and_depths_m[i].first), &grids[i]});
+  }
+  const DepthGrid confirmed =
+      ConfirmedDepth({Beside(0), &wall}, others, testing::SmallCamera(), DenseOptions());
+  return static_cast<double>(Known(confirmed)) / static_cast<double>(wall.nodes.size());
+}
+
+TEST(DepthConfirmation, TakesThreeViewsThatAgree) {
+  EXPECT_GT(ConfirmedShare({{0.2, kDepth_m}, {-0.2, kDepth_m}}), 0.6);
+  EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}}), 0);
+  EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}, {-0.2, kDepth_m + 0.1}}), 0);
+}
+
+TEST(DepthConfirmation, CountsViewsFromOnePlaceAsOne) {
+  EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}, {0.22, kDepth_m}, {0.25, kDepth_m}}), 0);
+  EXPECT_EQ(ConfirmedShare({{0.02, kDepth_m}, {0.05, kDepth_m}, {-0.05, kDepth_m}}), 0);
+}
+
+TEST(DepthConfirmation, RefusesWhatMoreViewsSeeThroughThanAgreeWith) {
+  const std::vector<std::pair<double, double>> agreeing = {{0.2, kDepth_m}, {-0.2, kDepth_m}};
+  std::vector<std::pair<double, double>> opinions = agreeing;
+  for (int i = 0; i < 4; ++i) opinions.emplace_back(0.05 * i, 3 * kDepth_m);
+  EXPECT_EQ(ConfirmedShare(opinions), 0);
+  opinions = agreeing;
+  opinions.emplace_back(0.1, 3 * kDepth_m);  // one alone does not outvote them
+  EXPECT_GT(ConfirmedShare(opinions), 0.6);
+  opinions = agreeing;
+  for (int i = 0; i < 4; ++i) opinions.emplace_back(0.05 * i, kDepth_m / 3);  // hidden from these
+  EXPECT_GT(ConfirmedShare(opinions), 0.6);
 }
 
 }  // namespace

@@ -3,18 +3,11 @@
 
 #include "data/core/camera.h"
 #include "mapping/views/stereo_depth.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {
 
-inline Camera SmallCamera() {
-  Camera camera;
-  camera.width_px = 200;
-  camera.height_px = 150;
-  camera.fx_px = camera.fy_px = 120;
-  camera.cx_px = 99.5;
-  camera.cy_px = 74.5;
-  return camera;
-}
+inline Camera SmallCamera() { return PinholeCamera(200, 150, 120, 99.5, 74.5); }
 
 // A node every step_px, each sigma_m from where it is said to be.
 inline DepthGrid WallAt(double depth_m, double sigma_m, int step_px) {

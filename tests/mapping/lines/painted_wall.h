@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mapping/views/view.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {
 
@@ -20,12 +21,7 @@ class PaintedWall : public ViewImages {
   PaintedWall(Views views, std::vector<WallRectangle> rectangles, double distance_m)
       : views_(std::move(views)), rectangles_(std::move(rectangles)), distance_m_(distance_m) {
     for (int i = 0; i < 2; ++i) {
-      Camera& camera = rig_.cameras[i];
-      camera.width_px = 480;
-      camera.height_px = 320;
-      camera.fx_px = camera.fy_px = 300;
-      camera.cx_px = 239.5;
-      camera.cy_px = 159.5;
+      rig_.cameras[i] = PinholeCamera(480, 320, 300, 239.5, 159.5);
       rig_.T_imu_camera[i].translation.x() = 0.11 * i;
     }
     mask_ = cv::Mat(320, 480, CV_8UC1, cv::Scalar(255));

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "data/core/error.h"
@@ -35,6 +34,15 @@ class SmallRecording : public ::testing::Test {
     run_ = RunAtPoses(folder_.Path(), {}, trajectory);
   }
 
+  // With which the run was made.
+  Trajectory Poses(int64_t later_ns = 0) const {
+    Trajectory poses;
+    for (const OnlineState& state : run_.states) {
+      poses.push_back({state.stamp_ns + later_ns, state.T_world_imu});
+    }
+    return poses;
+  }
+
   void Remove(int image) {
     for (const char* camera : {"cam0", "cam1"}) {
       std::filesystem::remove(folder_.Path(std::string("mav0/") + camera + "/data/" +
@@ -47,10 +55,7 @@ class SmallRecording : public ::testing::Test {
 };
 
 TEST_F(SmallRecording, WithTheSamePosesIsTheSameRun) {
-  Trajectory poses;
-  for (const OnlineState& state : run_.states) {
-    poses.push_back({state.stamp_ns, state.T_world_imu});
-  }
+  Trajectory poses = Poses();
   EXPECT_FALSE(run_.id.empty());
   EXPECT_EQ(RunAtPoses(folder_.Path(), {}, poses).id, run_.id);
   poses[3].T_world_imu.translation.z() += 1e-6;
@@ -66,10 +71,7 @@ TEST_F(SmallRecording, TellsImagesThatWereChanged) {
 
 // What nobody maps may jump.
 TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
-  Trajectory poses;
-  for (const OnlineState& state : run_.states) {
-    poses.push_back({state.stamp_ns, state.T_world_imu});
-  }
+  Trajectory poses = Poses();
   StampedPose before = poses.front();
   for (int i = 1; i < 4; ++i) {
     before.stamp_ns -= 10'000'000;
@@ -81,10 +83,7 @@ TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
 
 // The last image is between the poses that it happens between.
 TEST_F(SmallRecording, WithPosesThatJumpAtTheLastImageIsPartial) {
-  Trajectory poses;
-  for (const OnlineState& state : run_.states) {
-    poses.push_back({state.stamp_ns - 1'000'000, state.T_world_imu});
-  }
+  Trajectory poses = Poses(-1'000'000);
   StampedPose beyond = poses.back();
   for (int i = 0; i < 2; ++i) {
     beyond.stamp_ns += 50'000'000;
@@ -96,11 +95,8 @@ TEST_F(SmallRecording, WithPosesThatJumpAtTheLastImageIsPartial) {
 
 TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
   EXPECT_TRUE(run_.complete);
-  Trajectory poses;
-  for (const OnlineState& state : run_.states) {
-    poses.push_back({state.stamp_ns, state.T_world_imu});
-    if (poses.size() > 4) poses.back().T_world_imu.translation.y() += 0.5;
-  }
+  Trajectory poses = Poses();
+  for (size_t i = 4; i < poses.size(); ++i) poses[i].T_world_imu.translation.y() += 0.5;
   const OdometryRun jumping = RunAtPoses(folder_.Path(), {}, poses);
   EXPECT_FALSE(jumping.complete);
   EXPECT_THAT(jumping.partial_reason,

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace slcmap {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr ViewSpacingOptions kSpacing{
@@ -91,26 +94,112 @@ TEST(ViewsBetween, AreAllWhereTheyLookOtherWaysOrAreOfOtherSegments) {
   EXPECT_EQ(SelectViews(parted, parted, options).size(), parted.size());
 }
 
-// A view's number is the grey value of its image.
-class NumberedImages : public ViewImages {
- public:
-  const Rig& rig() const override { return rig_; }
-  const cv::Mat& mask(int) const override { return mask_; }
-  StereoImage Read(size_t view) const override {
-    const cv::Mat image(1, 1, CV_8UC1, cv::Scalar(static_cast<double>(view)));
-    return {0, image, image};
+// Ten seconds of a walk in a circle that speeds up, and turns quickly to and fro.
+Trajectory Walk(double rate_hz) {
+  Trajectory trajectory;
+  for (int i = 0; i <= 10 * rate_hz; ++i) {
+    const double t_s = i / rate_hz, angle = 0.03 * t_s * t_s;
+    const Eigen::Vector3d p(3 * std::cos(angle), 3 * std::sin(angle), 0.05 * std::sin(10 * t_s));
+    const Eigen::Vector3d turn(0.1 * std::sin(12 * t_s), 0, angle + 0.3 * std::sin(4 * t_s));
+    trajectory.push_back({ToNanoseconds(t_s), {ExpRotation(turn), p}});
+  }
+  return trajectory;
+}
+
+void MoveFrom(size_t first, const RigidTransform& T, Trajectory* trajectory) {
+  for (size_t i = first; i < trajectory->size(); ++i) {
+    (*trajectory)[i].T_world_imu = T * (*trajectory)[i].T_world_imu;
+  }
+}
+
+TEST(PoseJumps, MotionIsNone) {
+  for (const double rate_hz : {200.0, 20.0, 10.0, 3.0}) {
+    EXPECT_TRUE(FindJumps(Walk(rate_hz)).empty()) << rate_hz;
+  }
+}
+
+TEST(PoseJumps, ASideStepIsOne) {
+  for (const double rate_hz : {200.0, 20.0}) {
+    Trajectory trajectory = Walk(rate_hz);
+    const size_t at = trajectory.size() / 2;
+    MoveFrom(at, {Eigen::Quaterniond::Identity(), {0, 0, 0.3}}, &trajectory);
+    const std::vector<PoseJump> jumps = FindJumps(trajectory);
+    ASSERT_EQ(jumps.size(), 1u) << rate_hz;
+    EXPECT_EQ(jumps[0].stamp_ns, trajectory[at].stamp_ns);
+    EXPECT_NEAR(jumps[0].moved_m, 0.3, 0.03);
+  }
+}
+
+TEST(PoseJumps, ATurnOnTheSpotIsOne) {
+  Trajectory trajectory = Walk(20);
+  const RigidTransform& here = trajectory[90].T_world_imu;
+  const RigidTransform turn{ExpRotation({0, 0, 0.4}), Eigen::Vector3d::Zero()};
+  MoveFrom(90, here * turn * here.Inverse(), &trajectory);
+  const std::vector<PoseJump> jumps = FindJumps(trajectory);
+  ASSERT_EQ(jumps.size(), 1u);
+  EXPECT_NEAR(jumps[0].turned_rad, 0.4, 0.05);
+}
+
+TEST(PoseJumps, AStrayPoseIsTwo) {
+  Trajectory trajectory = Walk(20);
+  trajectory[40].T_world_imu.translation.x() += 1;
+  EXPECT_EQ(FindJumps(trajectory).size(), 2u);
+}
+
+// Between poses that are far apart in time anything may have happened.
+TEST(PoseJumps, GapsTellNothing) {
+  Trajectory trajectory = Walk(20);
+  trajectory.erase(trajectory.begin() + 50, trajectory.begin() + 80);
+  MoveFrom(50, {Eigen::Quaterniond::Identity(), {5, 0, 0}}, &trajectory);
+  EXPECT_TRUE(FindJumps(trajectory).empty());
+}
+
+// 5 s of turning about all axes; images are stamped 30 ms late.
+struct Turning {
+  std::vector<OnlineState> states;
+  std::vector<ImuSample> imu;
+
+  explicit Turning(const Eigen::Quaterniond& R_given_world = Eigen::Quaterniond::Identity(),
+                   const Eigen::Quaterniond& R_imu_given = Eigen::Quaterniond::Identity()) {
+    for (int i = 0; i < 1000; ++i) {
+      const double t_s = 0.005 * i;
+      const Eigen::Quaterniond R(Eigen::AngleAxisd(1.5 * std::sin(t_s), Eigen::Vector3d::UnitX()) *
+                                 Eigen::AngleAxisd(2 * t_s, Eigen::Vector3d::UnitY()));
+      const int64_t stamp_ns = ToNanoseconds(t_s);
+      imu.push_back(
+          {stamp_ns, Eigen::Vector3d::Zero(), R.conjugate() * Eigen::Vector3d(0, 0, 9.81)});
+      if (i % 10 > 0) continue;
+      states.push_back({.stamp_ns = stamp_ns + ToNanoseconds(0.03),
+                        .T_world_imu = {R_given_world * R * R_imu_given, {0, 0, 0}}});
+    }
   }
 
- private:
-  Rig rig_;
-  cv::Mat mask_;
+  std::string Fault() const {
+    const auto mean = MeanForceAt(states, imu, -0.03);
+    return mean ? WhatIsNotUp(*mean) : "nothing to tell";
+  }
 };
 
-TEST(SelectedImages, AreThoseOfTheSelectedViews) {
-  const NumberedImages all;
-  const SelectedImages selected(all, {4, 7});
-  EXPECT_EQ(selected.Read(0).left.at<uchar>(0, 0), 4);
-  EXPECT_EQ(selected.Read(1).right.at<uchar>(0, 0), 7);
+TEST(UpOfPoses, IsZ) { EXPECT_EQ(Turning().Fault(), ""); }
+
+TEST(UpOfPoses, AWorldWithYDownIsNoticed) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));
+  EXPECT_THAT(Turning(turn).Fault(), HasSubstr("up is (0.00, 1.00, 0.00) in the world"));
+}
+
+TEST(UpOfPoses, PosesOfAnotherBodyAreNoticed) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
+  EXPECT_THAT(Turning(Eigen::Quaterniond::Identity(), turn).Fault(),
+              HasSubstr("are the poses those of the IMU"));
+}
+
+TEST(UpOfPoses, FewSamplesSayNothing) {
+  Turning turning;
+  turning.imu.resize(100);
+  EXPECT_EQ(turning.Fault(), "nothing to tell");
+  Turning in_g;
+  for (ImuSample& sample : in_g.imu) sample.specific_force_m_s2 /= 9.81;
+  EXPECT_EQ(in_g.Fault(), "nothing to tell");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -12,6 +13,8 @@
 
 namespace slcmap {
 namespace {
+
+using Eigen::Vector2d;
 
 const cv::Size kSize(608, 384);
 
@@ -110,6 +113,128 @@ TEST(CornerDetector, LooksFirstWhereThereIsNoPoint) {
   const std::vector<Eigen::Vector2d> found = detector.Find(left_half, 20, 10);
   EXPECT_EQ(found.size(), 20u);
   for (const Eigen::Vector2d& px : found) EXPECT_GT(px.x(), kSize.width / 2 - 30);
+}
+
+const cv::Size kNoiseSize(608, 384);
+// Of noise that differs from pixel to pixel: the sum of the squares of Sobel's weights, 12 / 64.
+constexpr double kOfGradient = 12.0 / 64;
+constexpr double kRounding = 1.0 / 12;  // variance of what 8 bits cut off
+
+GradientNoise Measure(const cv::Mat& image) {
+  return GradientNoise(image, cv::Mat(image.size(), CV_8U, cv::Scalar(255)));
+}
+
+TEST(GradientNoise, IsThatOfTheCameraAtEachBrightness) {
+  for (const CameraNoise& noise : {CameraNoise{1, 0}, {0.4, 0.03}, {2.3, 0.09}, {30, 0.3}}) {
+    const GradientNoise measured = Measure(WithNoise(Stripes(kNoiseSize), noise));
+    for (const double grey : {30.0, 80.0, 130.0, 180.0}) {
+      const double expected = kOfGradient * (noise.VarianceAt(grey) + kRounding);
+      EXPECT_NEAR(measured.VarianceAt(grey), expected, 0.15 * expected) << grey;
+    }
+  }
+}
+
+// Bars above and below the picture, or the level of black of a video camera.
+TEST(GradientNoise, IsMeasuredBesideWhatIsConstant) {
+  const CameraNoise noise{2.3, 0.09};
+  for (const int constant : {16, 90, 238}) {
+    cv::Mat image = WithNoise(cv::Mat(kNoiseSize, CV_32F, cv::Scalar(90)), noise);
+    image(cv::Rect(0, 0, kNoiseSize.width, 48)).setTo(constant);
+    const double expected = kOfGradient * (noise.VarianceAt(90) + kRounding);
+    EXPECT_NEAR(Measure(image).VarianceAt(90), expected, 0.2 * expected) << constant;
+  }
+}
+
+// Half of the image is full of texture, and all is shaded.
+TEST(GradientNoise, IsNotMistakenForTextureOrShading) {
+  const CameraNoise noise{2.3, 0.09};
+  cv::Mat signal(kNoiseSize, CV_32F);
+  for (int v = 0; v < kNoiseSize.height; ++v) {
+    for (int u = 0; u < kNoiseSize.width; ++u) {
+      const bool textured = (v / 64) % 2 == 0;
+      const double texture = textured ? 15 * std::sin(0.9 * u) * std::sin(0.8 * v) : 0;
+      signal.at<float>(v, u) = static_cast<float>(40 + 0.2 * u + texture);
+    }
+  }
+  const GradientNoise measured = Measure(WithNoise(signal, noise));
+  for (const double grey : {60.0, 100.0, 140.0}) {
+    const double expected = kOfGradient * (noise.VarianceAt(grey) + kRounding);
+    EXPECT_NEAR(measured.VarianceAt(grey), expected, 0.25 * expected) << grey;
+  }
+}
+
+// What a lens can show is smooth from pixel to pixel, noise is not.
+TEST(GradientNoise, IsNotMistakenForTextureThatIsEverywhere) {
+  cv::Mat signal(kNoiseSize, CV_32F);
+  for (int v = 0; v < kNoiseSize.height; ++v) {
+    for (int u = 0; u < kNoiseSize.width; ++u) {
+      signal.at<float>(v, u) =
+          static_cast<float>(120 + 15 * std::sin(0.6 * u) * std::sin(0.5 * v + 0.1 * u));
+    }
+  }
+  const CameraNoise noise{1, 0.01};
+  EXPECT_LT(Measure(WithNoise(signal, noise)).VarianceAt(120),
+            1.5 * kOfGradient * noise.VarianceAt(120));
+}
+
+// Where a brightness has texture only, the noise of the others limits what it can be there.
+TEST(GradientNoise, GrowsNoFasterThanTheSignal) {
+  const CameraNoise noise{1, 0.05};
+  cv::Mat signal = Stripes(kNoiseSize);
+  for (int v = 0; v < kNoiseSize.height; ++v) {
+    for (int u = 3 * kNoiseSize.width / 4; u < kNoiseSize.width; ++u) {
+      signal.at<float>(v, u) += static_cast<float>(20 * std::sin(0.9 * u) * std::sin(0.8 * v));
+    }
+  }
+  const GradientNoise measured = Measure(WithNoise(signal, noise));
+  const double at_130 = kOfGradient * (noise.VarianceAt(130) + kRounding);
+  EXPECT_LT(measured.VarianceAt(180), 1.15 * 180 / 130 * at_130);
+  EXPECT_NEAR(measured.VarianceAt(130), at_130, 0.15 * at_130);
+}
+
+TEST(GradientNoise, IsNothingWhereNothingCanBeMeasured) {
+  EXPECT_EQ(GradientNoise().VarianceAt(100), 0);
+  EXPECT_EQ(Measure(cv::Mat(20, 20, CV_8U, cv::Scalar(100))).VarianceAt(100), 0);
+  EXPECT_EQ(Measure(cv::Mat(384, 608, CV_8U, cv::Scalar(255))).VarianceAt(255), 0);
+  const cv::Mat image = WithNoise(Stripes(kNoiseSize), {4, 0.1});
+  EXPECT_EQ(GradientNoise(image, cv::Mat::zeros(image.size(), CV_8U)).VarianceAt(100), 0);
+}
+
+// Bright within the angle between two directions at `apex`, averaged over each pixel.
+cv::Mat Corner(const Vector2d& apex, double from_rad, double to_rad) {
+  constexpr int kSamples = 8;
+  cv::Mat image(60, 60, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      int inside = 0;
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const Vector2d p(u - 0.5 + (i % kSamples + 0.5) / kSamples,
+                         v - 0.5 + (i / kSamples + 0.5) / kSamples);
+        const double angle = std::atan2(p.y() - apex.y(), p.x() - apex.x());
+        if (angle > from_rad && angle < to_rad) ++inside;
+      }
+      image.at<uchar>(v, u) = static_cast<uchar>(60 + 120 * inside / (kSamples * kSamples));
+    }
+  }
+  return image;
+}
+
+TEST(EdgeCrossing, IsTheApexOfACornerWhereverItIsLookedForFrom) {
+  const Vector2d apex(30.3, 29.6);
+  for (const double from_rad : {-2.8, -1.0, 0.4}) {
+    const cv::Mat image = Corner(apex, from_rad, from_rad + 1.7);
+    for (const Vector2d& from : {Vector2d(30, 30), Vector2d(33, 27), Vector2d(28, 32)}) {
+      EXPECT_LT((EdgeCrossing(image, from) - apex).norm(), 0.45) << from_rad;
+    }
+  }
+}
+
+TEST(EdgeCrossing, StaysWhereNoneIsNear) {
+  const Vector2d px(20, 20);
+  EXPECT_EQ(EdgeCrossing(cv::Mat(60, 60, CV_8UC1, cv::Scalar(90)), px), px);
+  EXPECT_EQ(EdgeCrossing(Corner({26, 24}, 0.2, 1.5), px), px);
+  const Vector2d at_border(2, 30);
+  EXPECT_EQ(EdgeCrossing(Corner({3, 30}, 0.2, 1.5), at_border), at_border);
 }
 
 }  // namespace

@@ -198,16 +198,6 @@ TEST_F(PointTrackerTest, IdsAreNeverReused) {
   }
 }
 
-TEST_F(PointTrackerTest, RemoveForgetsThosePointsOnly) {
-  tracker_.Track(scene_.Shifted(0, 0), kNoRotation);
-  tracker_.Detect({});
-  const size_t count = tracker_.observations().size();
-  const int64_t id = tracker_.observations()[3].id;
-  tracker_.Remove({id});
-  EXPECT_EQ(tracker_.observations().size(), count - 1);
-  EXPECT_FALSE(LeftPixels(tracker_).contains(id));
-}
-
 TEST_F(PointTrackerTest, SurvivesBlackAndGrayImages) {
   for (const int value : {0, 128, 255}) {
     tracker_.Track(scene_.Shifted(0, 0), kNoRotation);

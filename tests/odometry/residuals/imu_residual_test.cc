@@ -39,30 +39,6 @@ TEST(ImuResidual, JacobiansMatchDifferences) {
   ExpectJacobiansMatchDifferences(factor, blocks, 2e-5);
 }
 
-TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
-  const Preintegration imu = SomePreintegration();
-  const ImuResidual factor(&imu, {7'000'000, {0.3, 0.8, -0.4}}, {-4'000'000, {-0.2, 0.5, 0.9}});
-  const std::vector<double> calibration = SomeCalibration();
-  std::vector<RigidTransform> poses = {{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}},
-                                       {ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}};
-  std::vector<Eigen::Vector3d> v = {{0.5, -1, 0.2}, {0.6, -0.9, 0.1}};
-  const auto evaluate = [&] {
-    const auto a = PoseBlockOf(poses[0]), b = PoseBlockOf(poses[1]);
-    const double sa[9] = {v[0].x(), v[0].y(), v[0].z()}, sb[9] = {v[1].x(), v[1].y(), v[1].z()};
-    const double* pointers[] = {a.data(), sa, b.data(), sb, calibration.data()};
-    Eigen::Matrix<double, 15, 1> r;
-    factor.Evaluate(pointers, r.data(), nullptr);
-    return r;
-  };
-  const auto before = evaluate();
-  const RigidTransform turn(ExpRotation({0, 0, 2.3}), {10, -7, 3});
-  for (int i = 0; i < 2; ++i) {
-    poses[i] = turn * poses[i];
-    v[i] = turn.rotation * v[i];
-  }
-  EXPECT_LT((evaluate() - before).norm(), 1e-6 * before.norm());
-}
-
 // A body that turns and moves steadily, whose IMU has its own place and clock.
 TEST(ImuResidual, TheImuAtTheCutIsWhereTheCalibrationPutsIt) {
   const std::vector<double> some = SomeCalibration();

@@ -1,4 +1,6 @@
-#include "tests/odometry/residuals/line_residuals_by_definition.h"
+
+
+#include "tests/odometry/residuals/residual_scene.h"
 
 namespace slcmap {
 namespace {
@@ -24,33 +26,42 @@ TEST(GeneralLine, IsTheLineItIsMadeFrom) {
   EXPECT_LT(std::abs((line.point_world - anchor).dot(d)), 1e-12);
 }
 
-TEST(StructuralLineResidual, IsZeroWhereTheGeometryIsExact) {
-  const LineScene scene;
-  for (const LineAxis axis : kAxes) {
-    const StructuralLine line{axis, scene.anchor};
-    const Vector3d a = scene.Visible(), b = a + 0.4 * AxisDirection(axis, kHeading);
-    const StructuralLineResidual factor(&scene.geometry, line, scene.ObservationOf(a, b));
-    EXPECT_LT(Residual(factor, StructuralBlocks(scene, line)).norm(), 1e-9);
+// A residual of each end in each image: how far it is from the image of the line through two
+// places.
+void ExpectDistancesFromLine(const LineScene& scene, const Vector3d& p, const Vector3d& q,
+                             const Eigen::VectorXd& residual) {
+  for (int camera = 0; camera < 2; ++camera) {
+    const Vector2d from = scene.Seen(p, camera), way = scene.Seen(q, camera) - from;
+    const LineSegment& seen = camera == 0 ? scene.off.left : *scene.off.right;
+    for (int end = 0; end < 2; ++end) {
+      const Vector2d off = (end == 0 ? seen.start : seen.end) - from;
+      const double distance = (way.x() * off.y() - way.y() * off.x()) / way.norm();
+      EXPECT_NEAR(std::abs(residual[2 * camera + end]), scene.geometry.weight * std::abs(distance),
+                  1e-6);
+    }
   }
 }
 
-TEST(StructuralLineResidual, JacobiansMatchAutomaticDifferentiation) {
+TEST(LineResiduals, AreTheDistancesOfTheEndsFromTheLineWithTheirJacobians) {
   const LineScene scene;
+  const Vector3d p = scene.Visible();
   for (const LineAxis axis : kAxes) {
     for (const Vector3d& anchor : {scene.anchor, Vector3d(0, 0, 0)}) {
       const StructuralLine line{axis, anchor};
       const StructuralLineResidual factor(&scene.geometry, line, scene.off);
-      auto* by_definition = new StructuralByDefinition{&scene, line};
-      const Blocks blocks = StructuralBlocks(scene, line);
-      if (line.HasHeading()) {
-        const ceres::AutoDiffCostFunction<StructuralByDefinition, 4, 7, 1, 2> twin(by_definition);
-        ExpectSameAsTwin(factor, twin, blocks);
-      } else {
-        const ceres::AutoDiffCostFunction<StructuralByDefinition, 4, 7, 2> twin(by_definition);
-        ExpectSameAsTwin(factor, twin, blocks);
-      }
+      const StructuralLineBlock block = StructuralLineThrough(line, kHeading, p);
+      Blocks blocks = {PoseBlockOf(scene.pose), {kHeading}, {block[0], block[1]}};
+      if (!line.HasHeading()) blocks.erase(blocks.begin() + 1);
+      ExpectDistancesFromLine(scene, p, p + AxisDirection(axis, kHeading),
+                              Residual(factor, blocks));
+      ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
     }
   }
+  const Vector3d direction(1, 2, -0.4);
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.off);
+  const Blocks blocks = FreeLineBlocks(scene, direction);
+  ExpectDistancesFromLine(scene, p, p + direction, Residual(factor, blocks));
+  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
 }
 
 TEST(StructuralLineResidual, JacobiansMatchDifferencesWithOneCameraAndAWeight) {
@@ -115,52 +126,26 @@ TEST(LineResiduals, ALineThroughTheCameraNeitherFailsNorPulls) {
   EXPECT_TRUE(r.allFinite() && by_pose.allFinite() && by_line.allFinite());
 }
 
-TEST(GeneralLineResidual, IsZeroWhereTheGeometryIsExact) {
-  const LineScene scene;
-  const Vector3d a = scene.Visible(), d(0.3, -0.2, 0.25);
-  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.ObservationOf(a, a + d));
-  const GeneralLineBlock block = GeneralLineThrough(scene.anchor, a, d);
-  EXPECT_LT(Residual(factor, {PoseBlockOf(scene.pose), {block.begin(), block.end()}}).norm(), 1e-9);
+constexpr double kOff_m = 0.05, kOnLine_m = 0.1;
+
+// A point of the left camera, by its place on the plane and its inverse depth.
+std::vector<double> PointBlock(const LineScene& scene, const Vector3d& p_world) {
+  const Vector3d p = (scene.pose * scene.geometry.T_imu_camera[0]).Inverse() * p_world;
+  return {p.x() / p.z(), p.y() / p.z(), 1 / p.z()};
 }
 
-TEST(GeneralLineResidual, JacobiansMatchAutomaticDifferentiation) {
-  const LineScene scene;
-  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.off);
-  const GeneralLineBlock block = GeneralLineThrough(scene.anchor, scene.Visible(), {1, 2, -0.4});
-  const Blocks blocks = {PoseBlockOf(scene.pose), {block.begin(), block.end()}};
-  const ceres::AutoDiffCostFunction<GeneralByDefinition, 4, 7, 5> twin(
-      new GeneralByDefinition{&scene});
-  ExpectSameAsTwin(factor, twin, blocks);
-  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
-}
-
-TEST(PointOnLineResidual, IsZeroForAPointOfTheLine) {
+TEST(PointOnLineResidual, IsTheDistanceFromTheLineInStandardDeviations) {
   const LineScene scene;
   for (const LineAxis axis : kAxes) {
     const StructuralLine line{axis, scene.anchor};
-    const Vector3d p = (scene.pose * scene.geometry.T_imu_camera[0]).Inverse() *
-                       (scene.Visible() + 0.3 * AxisDirection(axis, kHeading));
+    const PointOnLineResidual factor(&scene.geometry, line, kOnLine_m);
+    const Vector3d on_line = scene.Visible() + 0.3 * AxisDirection(axis, kHeading);
     Blocks blocks = StructuralBlocks(scene, line);
-    blocks.push_back({p.x() / p.z(), p.y() / p.z(), 1 / p.z()});
-    EXPECT_LT(Residual(PointOnLineResidual(&scene.geometry, line, 0.1), blocks).norm(), 1e-9);
-  }
-}
-
-TEST(PointOnLineResidual, JacobiansMatchAutomaticDifferentiation) {
-  const LineScene scene;
-  for (const LineAxis axis : kAxes) {
-    const StructuralLine line{axis, scene.anchor};
-    const PointOnLineResidual factor(&scene.geometry, line, 0.1);
-    auto* by_definition = new PointOnLineByDefinition{&scene, line, 0.1};
-    Blocks blocks = StructuralBlocks(scene, line);
-    blocks.push_back({0.2, -0.1, 0.3});
-    if (line.HasHeading()) {
-      const ceres::AutoDiffCostFunction<PointOnLineByDefinition, 2, 7, 1, 2, 3> twin(by_definition);
-      ExpectSameAsTwin(factor, twin, blocks);
-    } else {
-      const ceres::AutoDiffCostFunction<PointOnLineByDefinition, 2, 7, 2, 3> twin(by_definition);
-      ExpectSameAsTwin(factor, twin, blocks);
-    }
+    blocks.push_back(PointBlock(scene, on_line));
+    EXPECT_LT(Residual(factor, blocks).norm(), 1e-9);
+    blocks.back() = PointBlock(scene, on_line + kOff_m * AxesAcross(axis, kHeading).col(1));
+    EXPECT_NEAR(Residual(factor, blocks).norm(), kOff_m / kOnLine_m, 1e-9);
+    ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
   }
 }
 
@@ -172,24 +157,17 @@ TEST(PointOnLineResidual, APointAtInfinityNeitherFailsNorPulls) {
   ExpectJacobiansMatchDifferences(PointOnLineResidual(&scene.geometry, line, 0.1), blocks, 1e-9);
 }
 
-TEST(PointOnFreeLineResidual, IsZeroForAPointOfTheLine) {
+TEST(PointOnFreeLineResidual, IsTheDistanceFromTheLineInStandardDeviations) {
   const LineScene scene;
   const Vector3d direction = Vector3d(0.3, -0.8, 0.4).normalized();
+  const Vector3d on_line = scene.Visible() + 0.3 * direction;
+  const PointOnFreeLineResidual factor(&scene.geometry, scene.anchor, kOnLine_m);
   Blocks blocks = FreeLineBlocks(scene, direction);
-  const Vector3d p =
-      (scene.pose * scene.geometry.T_imu_camera[0]).Inverse() * (scene.Visible() + 0.3 * direction);
-  blocks.push_back({p.x() / p.z(), p.y() / p.z(), 1 / p.z()});
-  EXPECT_LT(Residual(PointOnFreeLineResidual(&scene.geometry, scene.anchor, 0.1), blocks).norm(),
-            1e-9);
-}
-
-TEST(PointOnFreeLineResidual, JacobiansMatchAutomaticDifferentiation) {
-  const LineScene scene;
-  Blocks blocks = FreeLineBlocks(scene, {0.3, -0.8, 0.4});
-  blocks.push_back({0.2, -0.1, 0.3});
-  using Twin = ceres::AutoDiffCostFunction<PointOnFreeLineByDefinition, 2, 7, 5, 3>;
-  ExpectSameAsTwin(PointOnFreeLineResidual(&scene.geometry, scene.anchor, 0.1),
-                   Twin(new PointOnFreeLineByDefinition{&scene, 0.1}), blocks);
+  blocks.push_back(PointBlock(scene, on_line));
+  EXPECT_LT(Residual(factor, blocks).norm(), 1e-9);
+  blocks.back() = PointBlock(scene, on_line + kOff_m * direction.unitOrthogonal());
+  EXPECT_NEAR(Residual(factor, blocks).norm(), kOff_m / kOnLine_m, 1e-9);
+  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
 }
 
 TEST(PointOnFreeLineResidual, ALineAtInfinityNeitherFailsNorPulls) {
@@ -201,39 +179,47 @@ TEST(PointOnFreeLineResidual, ALineAtInfinityNeitherFailsNorPulls) {
                                   blocks, 1e-9);
 }
 
-// Nobody can observe where the whole scene is, nor how it is turned about the vertical.
-TEST(LineResiduals, AreInvariantToHeadingAndPosition) {
+TEST(AlongAxisResidual, IsTheAngleOffTheAxisInStandardDeviations) {
   const LineScene scene;
-  const double yaw = 2.1;
-  const RigidTransform moved(ExpRotation({0, 0, yaw}), {10, -7, 3});
-  const RigidTransform identity;
-  const Vector3d p = scene.Visible(), direction(1, 2, -0.4);
-  const auto residuals = [&](const RigidTransform& by, double turn) {
-    std::vector<Eigen::VectorXd> all;
-    const std::vector<double> pose = PoseBlockOf(by * scene.pose);
-    const double heading = kHeading + turn;
-    for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
-      const StructuralLine line{axis, by * scene.anchor};
-      const StructuralLineBlock block = StructuralLineThrough(line, heading, by * p);
-      Blocks blocks = {pose, {heading}, {block[0], block[1]}};
-      all.push_back(Residual(StructuralLineResidual(&scene.geometry, line, scene.off), blocks));
-      blocks.push_back({0.2, -0.1, 0.3});
-      all.push_back(Residual(PointOnLineResidual(&scene.geometry, line, 0.1), blocks));
-    }
-    const StructuralLine vertical{LineAxis::kVertical, by * scene.anchor};
-    const StructuralLineBlock block = StructuralLineThrough(vertical, 0, by * p);
-    all.push_back(Residual(StructuralLineResidual(&scene.geometry, vertical, scene.off),
-                           {pose, {block[0], block[1]}}));
-    const GeneralLineBlock general =
-        GeneralLineThrough(by * scene.anchor, by * p, by.rotation * direction);
-    all.push_back(Residual(GeneralLineResidual(&scene.geometry, by * scene.anchor, scene.off),
-                           {pose, {general.begin(), general.end()}}));
-    return all;
-  };
-  const auto before = residuals(identity, 0), after = residuals(moved, yaw);
-  for (size_t k = 0; k < before.size(); ++k) {
-    EXPECT_LT((after[k] - before[k]).norm(), 1e-9 * before[k].norm()) << "term " << k;
+  for (const LineAxis axis : kAxes) {
+    const Matrix32d across = AxesAcross(axis, kHeading);
+    const Vector3d direction =
+        AxisDirection(axis, kHeading) + 1e-3 * across.col(0) - 2e-3 * across.col(1);
+    Blocks blocks{FreeLineBlocks(scene, direction)[1]};
+    if (axis != LineAxis::kVertical) blocks.insert(blocks.begin(), {kHeading});
+    const Eigen::VectorXd r = Residual(AlongAxisResidual(axis, 1e-3), blocks);
+    EXPECT_LT((r - Vector2d(1, -2)).norm(), 1e-4);
+    blocks.insert(std::prev(blocks.end()), {3e-3, 1e-3});
+    const Eigen::VectorXd own = Residual(AlongAxisResidual(axis, 1e-3, true), blocks);
+    EXPECT_LT((own - Vector2d(-2, -3)).norm(), 1e-4) << "beside what it shares";
   }
+}
+
+TEST(AlongAxisResidual, JacobiansMatchDifferences) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    Blocks blocks{FreeLineBlocks(scene, {0.3, -0.8, 0.4})[1]};
+    if (axis != LineAxis::kVertical) blocks.insert(blocks.begin(), {kHeading});
+    ExpectJacobiansMatchDifferences(AlongAxisResidual(axis, 0.01), blocks, 1e-6);
+    blocks.insert(std::prev(blocks.end()), {2e-3, -1e-3});
+    ExpectJacobiansMatchDifferences(AlongAxisResidual(axis, 0.01, true), blocks, 1e-6);
+  }
+  ExpectJacobiansMatchDifferences(SharedDeviationResidual(0.01), {{2e-3, -1e-3}}, 1e-6);
+}
+
+const std::vector<double> kSlope = {0.7, 0.5};
+
+TEST(AlongSlopeResidual, IsTheAngleOffTheSlopeInStandardDeviations) {
+  const LineScene scene;
+  const Matrix32d across = AxesAcrossSlope(kSlope.data());
+  const Vector3d direction =
+      SlopeDirection(kSlope.data()) + 1e-3 * across.col(0) - 2e-3 * across.col(1);
+  EXPECT_LT(std::abs(across.col(0).z()), 1e-12) << "the first one is level";
+  const Eigen::VectorXd r =
+      Residual(AlongSlopeResidual(1e-3), {kSlope, FreeLineBlocks(scene, direction)[1]});
+  EXPECT_LT((r - Vector2d(1, -2)).norm(), 1e-4);
+  ExpectJacobiansMatchDifferences(AlongSlopeResidual(0.01),
+                                  {kSlope, FreeLineBlocks(scene, {0.3, -0.8, 0.4})[1]}, 1e-6);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "data/core/error.h"
+#include <random>
+
 #include "data/core/math.h"
 #include "odometry/structure/manhattan_detector.h"
 #include "tests/odometry/structure/made_segments.h"
@@ -32,12 +33,6 @@ TEST_F(LineClassifierTest, TellsTheAxesOfOneWorld) {
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3)), (LineClass{LineAxis::kX, 0}));
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree)), (LineClass{LineAxis::kY, 0}));
   EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ()), (LineClass{LineAxis::kVertical, -1}));
-}
-
-TEST_F(LineClassifierTest, TellsTheWorldsApart) {
-  const std::vector<std::optional<double>> two = {0.3, 0.3 + 30 * kDegree};
-  EXPECT_EQ(ClassOf(ahead_, Heading(*two[1]), 1, two), (LineClass{LineAxis::kX, 1}));
-  EXPECT_EQ(ClassOf(ahead_, Heading(*two[0]), 1, two), (LineClass{LineAxis::kX, 0}));
 }
 
 TEST_F(LineClassifierTest, TellsWorldsThreeDegreesApartByLongLinesOverhead) {
@@ -73,10 +68,31 @@ TEST_F(LineClassifierTest, LeavesOutWhatCouldBeTwoAxes) {
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 0.03), std::nullopt);  // too short to tell
 }
 
-TEST_F(LineClassifierTest, RefusesOptionsOutOfRange) {
-  LineClassifierOptions options;
-  options.end_sigma_px = 0;
-  EXPECT_THROW(LineClassifier(options, 400), ConfigError);
+// The standard deviation is that of angles measured with noise.
+TEST(InterpretationPlaneTest, SigmaIsTheSpreadOfNoisyAngles) {
+  std::mt19937 random(1);
+  const testing::WorldLine line{{4, -1, 1}, {5, 1.5, 1}};
+  const Eigen::Matrix3d R = testing::CameraLooking(0.1, 0.05);
+  const Eigen::Vector3d d = (line.end - line.start).normalized();
+  std::normal_distribution<double> turn(0, 0.002);
+  double sum = 0, predicted = 0;
+  const int n = 4000;
+  for (int i = 0; i < n; ++i) {
+    const auto segment = testing::Project(line, R, 0.8, &random);
+    const InterpretationPlane plane = PlaneOfSegment(*segment, 0.8 / testing::kFocal_px).Rotated(R);
+    const Eigen::Vector3d known =
+        (d + Eigen::Vector3d(turn(random), turn(random), turn(random))).normalized();
+    const VanishingAngle v = AngleToVanishingPoint(plane, known, 0.002);
+    sum += v.angle_rad * v.angle_rad / n;
+    predicted += v.sigma_rad * v.sigma_rad / n;
+  }
+  EXPECT_NEAR(std::sqrt(sum / predicted), 1, 0.15);
+}
+
+TEST(InterpretationPlaneTest, AngleMeansNothingAtTheVanishingPoint) {
+  const InterpretationPlane plane = PlaneOfSegment({{-0.01, 0}, {0.01, 0.02}}, 0.001);
+  EXPECT_GT(AngleToVanishingPoint(plane, Eigen::Vector3d(0, 0.01, 1).normalized(), 0.005).sigma_rad,
+            1);
 }
 
 }  // namespace

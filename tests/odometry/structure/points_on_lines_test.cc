@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/core/error.h"
-
 namespace slcmap {
 namespace {
 
@@ -103,12 +101,6 @@ TEST_F(PointsOnLinesTest, FindsLongLinesInAllAreas) {
   for (int i = 0; i < 60; ++i) points.push_back(Point(i, 20 + 10 * i, 40 + 3 * i));
   Add(points, {Line(5, {20, 40}, {610, 217})}, 4);
   EXPECT_EQ(points_on_lines_.CollectPoints(5).size(), 60u);
-}
-
-TEST(PointsOnLinesOptionsTest, RefusesOptionsOutOfRange) {
-  PointsOnLinesOptions options;
-  options.min_keyframes = 0;
-  EXPECT_THROW(PointsOnLines{options}, ConfigError);
 }
 
 }  // namespace

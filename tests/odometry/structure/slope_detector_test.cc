@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-#include "data/core/error.h"
 #include "data/core/math.h"
 
 namespace slcmap {
@@ -125,24 +124,6 @@ TEST_F(SlopeDetectorTest, LinesOfSeveralKeyframesAreTakenTogetherUntilTheyAreFor
   EXPECT_TRUE(Find({lines[4]}));
   for (int i = 0; i < 30; ++i) Find({});
   EXPECT_FALSE(Find({lines[5]}));
-}
-
-TEST(SquaredSigmasOff, CountsWhatTheLineAndItsDeviationMayBeOff) {
-  FreeLine line;
-  const Matrix32d across = AxesAcrossSlope(kStairs.data());
-  line.direction_world = -(SlopeDirection(kStairs.data()) + 0.03 * across.col(1)).normalized();
-  line.direction_covariance_rad2 = 1e-4 * across * across.transpose();
-  const auto off = SquaredSigmasOff(line, kStairs, 0.01);
-  ASSERT_TRUE(off);
-  EXPECT_NEAR(*off, 0.03 * 0.03 / 2e-4, 0.01);
-  line.direction_world = (SlopeDirection(kStairs.data()) + 0.06 * across.col(1)).normalized();
-  EXPECT_FALSE(SquaredSigmasOff(line, kStairs, 0.01)) << "beyond the limit";
-}
-
-TEST(SlopeDetector, RefusesOptionsOutOfRange) {
-  SlopeOptions options;
-  options.min_lines = 0;
-  EXPECT_THROW(SlopeDetector{options}, ConfigError);
 }
 
 }  // namespace

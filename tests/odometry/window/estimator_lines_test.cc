@@ -83,6 +83,22 @@ std::vector<Line> WellKnownLines(const OdometryRun& run) {
   return lines;
 }
 
+struct Members {
+  size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is an observation of
+};
+
+Members FindMembers(const SimulatedRun& run) {
+  Members members;
+  for (const Line& line : run.run.lines) {
+    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
+    members.all += line.point_ids.size();
+    for (const int64_t id : line.point_ids) {
+      members.wrong += std::count(edge.landmarks.begin(), edge.landmarks.end(), id) == 0;
+    }
+  }
+  return members;
+}
+
 class PerfectLinesTest : public ::testing::TestWithParam<Method> {};
 
 TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
@@ -110,6 +126,10 @@ TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
       EXPECT_EQ(line.axis == LineAxis::kVertical, axis == 2) << line.id;
     }
   }
+  if (GetParam() != Method::kSlc) return;
+  const Members members = FindMembers(run);
+  EXPECT_GT(members.all, 5u);
+  EXPECT_EQ(members.wrong, 0u) << "points on lines are found as such";
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PerfectLinesTest,
@@ -178,19 +198,6 @@ TEST(EstimatorWithLines, PrefersVerticalsFromTheFirstImagesOn) {
   EXPECT_LT((ExampleStereoRig().T_imu_camera[0].rotation * axes[0] - up_imu).norm(), 1e-6);
   EXPECT_TRUE(FirstAxes(Method::kPointsLines, 9.81 * up_imu).empty());
   EXPECT_TRUE(FirstAxes(Method::kStructural, Eigen::Vector3d::Zero()).empty());
-}
-
-TEST(EstimatorWithLines, PerfectPointsOnLinesAreFoundAsSuch) {
-  const SimulatedRun run = RunOnSimulatedTracks(PerfectLines(Method::kSlc));
-  size_t members = 0;
-  for (const Line& line : run.run.lines) {
-    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
-    members += line.point_ids.size();
-    for (const int64_t id : line.point_ids) {
-      EXPECT_EQ(std::count(edge.landmarks.begin(), edge.landmarks.end(), id), 1) << line.id;
-    }
-  }
-  EXPECT_GT(members, 5u);
 }
 
 TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHonest) {
@@ -272,22 +279,6 @@ TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
   lines.max_chi2 = lines.max_new_chi2 = lines.max_median_chi2 = lines.max_tracking_chi2 = 1e9;
   lines.loss_sigma = 1e9;
   EXPECT_GT(LargestPositionError(RunOnSimulatedTracks(options)), 2 * LargestPositionError(run));
-}
-
-struct Members {
-  size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is an observation of
-};
-
-Members FindMembers(const SimulatedRun& run) {
-  Members members;
-  for (const Line& line : run.run.lines) {
-    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
-    members.all += line.point_ids.size();
-    for (const int64_t id : line.point_ids) {
-      members.wrong += std::count(edge.landmarks.begin(), edge.landmarks.end(), id) == 0;
-    }
-  }
-  return members;
 }
 
 // Whatever is retired, merged or refuted.

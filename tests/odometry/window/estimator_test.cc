@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <functional>
+#include <utility>
 
 #include "tests/testing/simulated_odometry.h"
 
@@ -77,23 +78,16 @@ TEST(Estimator, ClaimsTheCovarianceThatItsErrorsHave) {
   EXPECT_LT(of_all, 22);
 }
 
-TEST(Estimator, SurvivesASecondWithoutObservation) {
-  SimulatedRunOptions options = Noisy(5);
-  options.blind_from_s = 8;
-  options.blind_to_s = 9;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 0);
-  EXPECT_LT(LargestPositionError(run), 0.5);
-}
-
 // As before a bare wall: what the IMU loses meanwhile is less than what a new start would.
-TEST(Estimator, SurvivesThreeSecondsWithoutPoints) {
-  SimulatedRunOptions options = Noisy(5);
-  options.blind_from_s = 8;
-  options.blind_to_s = 11;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 0);
-  EXPECT_LT(LargestPositionError(run), 2);
+TEST(Estimator, SurvivesSecondsWithoutPoints) {
+  for (const auto& [blind_s, most_m] : {std::pair(1.0, 0.5), std::pair(3.0, 2.0)}) {
+    SimulatedRunOptions options = Noisy(5);
+    options.blind_from_s = 8;
+    options.blind_to_s = 8 + blind_s;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    EXPECT_EQ(run.states.back().segment, 0) << blind_s;
+    EXPECT_LT(LargestPositionError(run), most_m) << blind_s;
+  }
 }
 
 TEST(Estimator, LongBlindnessStartsANewSegmentWhereTheOldOneEnded) {
@@ -113,49 +107,47 @@ TEST(Estimator, LongBlindnessStartsANewSegmentWhereTheOldOneEnded) {
   EXPECT_EQ(run.run.warnings.at("segments ended by no points to follow"), 1);
 }
 
-TEST(Estimator, AnImuGapStartsANewSegment) {
-  SimulatedRunOptions options = Noisy(8);
-  options.imu_gap_from_s = 7;
-  options.imu_gap_to_s = 7.6;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 1);
-  EXPECT_EQ(run.run.warnings.at(
-                "segments ended by a gap in the IMU samples, or a clock set to another time"),
-            1);
+TEST(Estimator, StartsANewSegmentAndSaysWhy) {
+  using Spoil = std::function<void(SimulatedRunOptions*)>;
+  const std::pair<const char*, Spoil> reasons[] = {
+      {"a gap in the IMU samples, or a clock set to another time",
+       [](SimulatedRunOptions* options) {
+         options->imu_gap_from_s = 7;
+         options->imu_gap_to_s = 7.6;
+       }},
+      {"a gap in the images",
+       [](SimulatedRunOptions* options) {
+         options->image_gap_from_s = 7;
+         options->image_gap_to_s = 9.5;
+       }},
+      {"a view that moves with the rig, as a lift's cabin",
+       [](SimulatedRunOptions* options) {
+         options->stand_still_s = 7;
+         options->lift_from_s = 4.2;
+         options->lift_to_s = 5.4;
+       }},
+      {"the optimisation diverged", [](SimulatedRunOptions* options) {
+         options->seed = 12;
+         options->nan_from_s = 7;  // an observation that is not finite
+         options->nan_to_s = 8;
+       }}};
+  for (const auto& [reason, spoil] : reasons) {
+    SCOPED_TRACE(reason);
+    SimulatedRunOptions options = Noisy(8);
+    spoil(&options);
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    EXPECT_EQ(run.states.back().segment, 1);
+    EXPECT_EQ(run.run.warnings.at(std::string("segments ended by ") + reason), 1);
+    for (const OnlineState& state : run.states) {
+      EXPECT_TRUE(state.gyro_bias_rad_s.allFinite() && state.T_world_imu.translation.allFinite());
+    }
+  }
 }
 
-TEST(Estimator, AGapInTheImagesStartsANewSegment) {
-  SimulatedRunOptions options = Noisy(8);
-  options.image_gap_from_s = 7;
-  options.image_gap_to_s = 9.5;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 1);
-  EXPECT_EQ(run.run.warnings.at("segments ended by a gap in the images"), 1);
-}
-
-TEST(Estimator, ALiftWhoseCabinFillsTheViewStartsANewSegment) {
+TEST(Estimator, SevenSecondsAtRestAreNoLift) {
   SimulatedRunOptions options = Noisy(8);
   options.stand_still_s = 7;
   EXPECT_EQ(RunOnSimulatedTracks(options).states.back().segment, 0);
-  options.lift_from_s = 4.2;
-  options.lift_to_s = 5.4;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 1);
-  EXPECT_EQ(
-      run.run.warnings.at("segments ended by a view that moves with the rig, as a lift's cabin"),
-      1);
-}
-
-TEST(Estimator, AnObservationThatIsNotFiniteEndsTheSegmentAndIsNotGivenOut) {
-  SimulatedRunOptions options = Noisy(12);
-  options.nan_from_s = 7;
-  options.nan_to_s = 8;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.run.warnings.at("segments ended by the optimisation diverged"), 1);
-  EXPECT_EQ(run.states.back().segment, 1);
-  for (const OnlineState& state : run.states) {
-    EXPECT_TRUE(state.gyro_bias_rad_s.allFinite() && state.T_world_imu.translation.allFinite());
-  }
 }
 
 TEST(Estimator, OutliersAreRejected) {
@@ -300,15 +292,6 @@ TEST(Estimator, FiveMinutesAtRestTakeNoMoreMemoryThanAFew) {
         return keyframe.stamp_ns > ToNanoseconds(10) && keyframe.stamp_ns < ToNanoseconds(300);
       });
   EXPECT_LT(resting, 5);
-}
-
-TEST(Estimator, TheSameInputGivesTheSameStates) {
-  const SimulatedRun a = RunOnSimulatedTracks(Noisy(11, 8)), b = RunOnSimulatedTracks(Noisy(11, 8));
-  ASSERT_EQ(a.states.size(), b.states.size());
-  for (size_t i = 0; i < a.states.size(); ++i) {
-    EXPECT_EQ(a.states[i].T_world_imu.translation, b.states[i].T_world_imu.translation);
-    EXPECT_EQ(a.states[i].T_world_imu.rotation.coeffs(), b.states[i].T_world_imu.rotation.coeffs());
-  }
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "odometry/window/estimator.h"
-#include "tests/testing/simulated_odometry.h"
+#include "tests/odometry/window/line_runs.h"
 
 namespace slcmap {
 namespace {
@@ -160,23 +160,16 @@ double SeenByTerms(const SlidingWindow& window, bool at_linearization) {
   return worst;
 }
 
-// The prior's information on the shifts and the turn of the world. Blocks that are left out stay
-// where they are.
-Eigen::Vector4d KnownByPrior(const WindowState& window,
-                             const std::function<bool(const double*)>& left_out) {
+// The prior's information on the shifts and the turn of the world.
+Eigen::Vector4d KnownByPrior(const WindowState& window) {
   const Unobservable directions(window, true);
   const Prior& prior = window.prior;
-  MatrixXd moved = MatrixXd::Zero(prior.TangentTotal(), 4);
+  MatrixXd moved(prior.TangentTotal(), 4);
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    if (left_out(prior.blocks[k])) continue;
     moved.middleRows(prior.TangentOffset(static_cast<int>(k)), prior.kinds[k].tangent_size) =
         directions.Of(prior.blocks[k], prior.kinds[k]);
   }
   return (prior.jacobian * moved).colwise().squaredNorm();
-}
-
-Eigen::Vector4d KnownByPrior(const WindowState& window) {
-  return KnownByPrior(window, [](const double*) { return false; });
 }
 
 // The prior of a segment's first frame: 1 mm and 0.1 mrad.
@@ -190,30 +183,16 @@ struct Tested {
 };
 
 SimulatedRunOptions NoisyRun(const Tested& tested) {
-  const Method method = tested.method;
-  SimulatedRunOptions options;
-  options.odometry.method = method;
+  SimulatedRunOptions options = NoisyLines(tested.method, 7, 12);
+  SetPixelSigma(1, &options);
   if (tested.exact) options.odometry.building_deviation.start_sigma_rad = 0;
-  options.odometry.points.max_points = 60;
-  options.odometry.keyframes.min_parallax_px = 16;
-  options.odometry.keyframes.min_kept_share = 0.7;
-  options.duration_s = 12;
-  options.stand_still_s = 1;
-  options.imu_noise = true;
-  options.pixel_sigma_px = 1;
-  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 1;
-  options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
-  options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
-  options.seed = 7;
-  options.lines = LineTrackSimulatorOptions{.heading_rad = 0.3, .points_per_edge = 1};
   if (!tested.exact) options.lines->deviation_rad = 0.003;
-  if (method == Method::kPointsLines) options.lines->general_share = 0.3;
+  if (tested.method == Method::kPointsLines) options.lines->general_share = 0.3;
   if (tested.sloped_share > 0) {
     options.lines->sloped_share = tested.sloped_share;
     // Or the slope is found when the run is nearly over.
     options.duration_s = 20;
-    options.pixel_sigma_px = 0.4;
-    options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.4;
+    SetPixelSigma(0.4, &options);
   }
   return options;
 }
@@ -244,15 +223,7 @@ class FirstEstimatesTest : public ::testing::TestWithParam<Tested> {
   int checked_ = 0, lines_ = 0, slopes_ = 0;
 };
 
-TEST_P(FirstEstimatesTest, ThePriorLearnsNeitherPositionNorHeading) {
-  ForEachPrior([](const SlidingWindow& window) {
-    const Eigen::Vector4d known = KnownByPrior(window.state());
-    EXPECT_LT(known.head<3>().maxCoeff(), kFirstShift * (1 + 1e-4));
-    EXPECT_LT(known[3], kFirstTurn * (1 + 1e-4));
-  });
-}
-
-TEST_P(FirstEstimatesTest, NoTermSeesPositionOrHeading) {
+TEST_P(FirstEstimatesTest, NeitherThePriorNorATermKnowsPositionOrHeading) {
   double as_they_are = 0;
   // A point beside a vertical line sees the turn by its distance from the line, in standard
   // deviations: their difference stands in the world's axes. It is nothing beside the 1e8 of the
@@ -262,41 +233,14 @@ TEST_P(FirstEstimatesTest, NoTermSeesPositionOrHeading) {
       UsesStructure(GetParam().method) && (GetParam().method == Method::kSlc || !GetParam().exact);
   const double limit = vertical_sees ? 1e-2 : 1e-6;
   ForEachPrior([&](const SlidingWindow& window) {
+    const Eigen::Vector4d known = KnownByPrior(window.state());
+    EXPECT_LT(known.head<3>().maxCoeff(), kFirstShift * (1 + 1e-4));
+    EXPECT_LT(known[3], kFirstTurn * (1 + 1e-4));
     EXPECT_LT(SeenByTerms(window, true), limit);
     as_they_are = std::max(as_they_are, SeenByTerms(window, false));
   });
   // What the directions at the current estimates would see: the difference that this is about.
   EXPECT_GT(as_they_are, 1e-5);
-}
-
-// What is unobservable is the turn of all together: of a turn of the window that leaves lines where
-// they are, or the building's heading, the prior knows a lot more.
-TEST_P(FirstEstimatesTest, ThePriorHoldsWindowHeadingAndLinesTogether) {
-  double without_lines = 0, without_heading = 0;
-  ForEachPrior([&](const SlidingWindow& window) {
-    const WindowState& state = window.state();
-    const double together = KnownByPrior(state)[3];
-    const auto is_line = [&](const double* block) {
-      return std::any_of(state.lines.begin(), state.lines.end(),
-                         [&](const auto& entry) { return entry.second.block.data() == block; });
-    };
-    without_lines = std::max(without_lines, KnownByPrior(state, is_line)[3] / together);
-    if (state.headings.empty()) return;
-    const auto is_heading = [&](const double* block) {
-      return block == state.headings[0].heading_rad.data();
-    };
-    without_heading = std::max(without_heading, KnownByPrior(state, is_heading)[3] / together);
-  });
-  if (UsesLines(GetParam().method)) {
-    EXPECT_GT(without_lines, 3);
-  } else {
-    EXPECT_DOUBLE_EQ(without_lines, 1);
-  }
-  // Lines that may deviate are tied to the heading by terms of the window, and say little of it in
-  // the prior.
-  if (GetParam().exact) {
-    EXPECT_GT(without_heading, 2);
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FirstEstimatesTest,

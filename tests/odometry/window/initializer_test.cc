@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/window/linear_alignment.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr int64_t kLate_ns = 60'000'000;  // of the images' stamps, without a word of it
 
@@ -82,6 +85,95 @@ TEST_F(FailedInitialization, BelievesRowsAsBefore) {
   SlidingWindow window(options_, rig_);
   Try(&initializer, &window);
   EXPECT_TRUE(window.calibration_prior().options().rows_fit);
+}
+
+// A second of a flight, from 3 s on: perfect tracks and samples, but for what is wrong with the
+// IMU.
+struct Second {
+  explicit Second(bool stereo, const Vector3d& gyro_bias_rad_s = Vector3d::Zero(),
+                  double accel_scale = 1) {
+    ImuSimulatorOptions imu;
+    imu.noise = rig.imu_noise;
+    imu.noise.rate_hz = 1000;
+    imu.with_noise = false;
+    SimulatedImu samples = SimulateImu(motion, imu);
+    for (ImuSample& sample : samples.samples) {
+      sample.angular_velocity_rad_s += gyro_bias_rad_s;
+      sample.specific_force_m_s2 *= accel_scale;
+    }
+    const SimulatedTracks tracks = SimulateTracks(motion, rig, {});
+    for (size_t i = 60; i < 80; ++i) Add(tracks.frames[i], samples.samples, stereo);
+  }
+
+  void Add(const SimulatedTrackFrame& seen, const std::vector<ImuSample>& samples, bool stereo) {
+    auto frame = std::make_unique<FrameState>();
+    frame->stamp_ns = seen.stamp_ns;
+    for (const SimulatedTrack& track : seen.tracks) {
+      StereoMeasurement& m = frame->measurements[track.id];
+      m.left = OnPlane(track.left_px);
+      if (stereo && track.right_px) m.right = OnPlane(*track.right_px);
+    }
+    if (!frames.empty()) {
+      frame->from_previous =
+          std::make_unique<Preintegration>(rig.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+      for (const ImuSample& s : samples) {
+        if (s.stamp_ns >= frames.back()->stamp_ns && s.stamp_ns <= frame->stamp_ns) {
+          frame->from_previous->Append(s);
+        }
+      }
+    }
+    frames.push_back(std::move(frame));
+  }
+
+  Eigen::Vector2d OnPlane(const Eigen::Vector2d& px) const {
+    const Camera& camera = rig.cameras[0];
+    return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
+  }
+
+  void ExpectTruth(const LinearAlignment& alignment) const {
+    const RigidTransform first = motion.PoseAt(3);
+    for (size_t i = 0; i < frames.size(); ++i) {
+      const RigidTransform truth = first.Inverse() * motion.PoseAt(ToSeconds(frames[i]->stamp_ns));
+      EXPECT_LT((alignment.states[i].T_first_imu.translation - truth.translation).norm(), 0.01);
+    }
+  }
+
+  const Rig rig = ExampleStereoRig();
+  const MotionSpline motion = ExampleFlight(rig, 6);
+  const StereoGeometry geometry{rig.T_imu_camera, 600};
+  std::vector<std::unique_ptr<FrameState>> frames;
+};
+
+TEST(AlignLinearly, FindsGravityAndVelocityFromPerfectTracks) {
+  for (const bool stereo : {true, false}) {
+    const Second second(stereo);
+    const auto alignment =
+        AlignLinearly(second.frames, second.geometry, second.rig.imu_noise, Vector3d::Zero());
+    ASSERT_TRUE(alignment.has_value());
+    // Without the stereo baseline the scale hangs on the accelerations alone.
+    EXPECT_NEAR(alignment->free_gravity_m_s2, kGravity_m_s2, stereo ? 0.02 : 0.2) << stereo;
+    const Vector3d gravity =
+        second.motion.PoseAt(3).rotation.conjugate() * Vector3d(0, 0, -kGravity_m_s2);
+    EXPECT_LT((alignment->gravity_first_m_s2 - gravity).norm(), 0.02);
+    second.ExpectTruth(*alignment);
+  }
+}
+
+TEST(AlignLinearly, IsFreeOfTheAccelerometersScaleWhereItIsTold) {
+  constexpr double kScale = 1.028;
+  const Second second(false, Vector3d::Zero(), kScale);
+  const auto alignment = AlignLinearly(second.frames, second.geometry, second.rig.imu_noise,
+                                       Vector3d::Zero(), ImuErrors::Zero(), kScale * kGravity_m_s2);
+  ASSERT_TRUE(alignment.has_value());
+  second.ExpectTruth(*alignment);
+}
+
+TEST(GyroBiasFromImages, IsThatOfTheGyroscope) {
+  const Vector3d bias_rad_s(0.02, -0.05, 0.03);
+  const Second second(false, bias_rad_s);
+  const auto found = GyroBiasFromImages(second.frames, second.geometry, second.rig.imu_noise, 0.25);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_LT((*found - bias_rad_s).norm(), 0.002);
 }
 
 }  // namespace

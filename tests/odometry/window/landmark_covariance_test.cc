@@ -6,7 +6,7 @@
 #include <map>
 
 #include "odometry/window/estimator.h"
-#include "tests/testing/simulated_odometry.h"
+#include "tests/odometry/window/line_runs.h"
 
 namespace slcmap {
 namespace {
@@ -28,18 +28,10 @@ struct Nees {
 };
 
 SimulatedRunOptions NoisyLandmarks(Method method, uint64_t seed) {
-  SimulatedRunOptions options;
-  options.odometry.method = method;
-  options.odometry.points.max_points = 60;
-  options.odometry.keyframes.min_parallax_px = 16;
-  options.odometry.keyframes.min_kept_share = 0.7;
-  options.duration_s = 10;
-  options.stand_still_s = 1;
-  options.imu_noise = true;
-  options.pixel_sigma_px = 0.5;
-  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.5;
-  options.seed = seed;
-  options.lines = LineTrackSimulatorOptions{.heading_rad = 0.3};
+  SimulatedRunOptions options = NoisyLines(method, seed);
+  options.gyro_bias_rad_s.setZero();
+  options.accel_bias_m_s2.setZero();
+  options.lines = LineTrackSimulatorOptions{.heading_rad = kHeading_rad};
   if (method == Method::kPointsLines) options.lines->general_share = 0.3;
   return options;
 }

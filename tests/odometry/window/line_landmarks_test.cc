@@ -51,12 +51,6 @@ TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
   EXPECT_TRUE(RejectHeadings(&window_).empty()) << "once";
 }
 
-TEST_F(LineLandmarksTest, KeepsALineThatFits) {
-  RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
-  EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
-  EXPECT_EQ(line().frames.size(), kFrames);
-}
-
 TEST_F(LineLandmarksTest, RejectsAnObservationOfAnotherEdgeBeforeItMovesTheFrame) {
   See(kFrames - 1, 20);
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);

@@ -24,11 +24,16 @@ inline SimulatedRunOptions Building(Method method, double duration_s) {
   return options;
 }
 
+// Of all observations, and as the estimator believes it.
+inline void SetPixelSigma(double sigma_px, SimulatedRunOptions* options) {
+  options->pixel_sigma_px = sigma_px;
+  options->odometry.window.point_sigma_px = options->odometry.line_landmarks.sigma_px = sigma_px;
+}
+
 inline SimulatedRunOptions NoisyLines(Method method, uint64_t seed, double duration_s = 10) {
   SimulatedRunOptions options = Building(method, duration_s);
   options.imu_noise = true;
-  options.pixel_sigma_px = 0.5;
-  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.5;
+  SetPixelSigma(0.5, &options);
   options.gyro_bias_rad_s << -0.002, 0.02, 0.08;  // as large as EuRoC's
   options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
   options.seed = seed;

@@ -1,0 +1,196 @@
+#include "mapping/map/rays.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "data/core/error.h"
+#include "tests/testing/pinhole_camera.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr int64_t kStamp_ns = 7;
+
+// One keyframe at the origin that looks along z, and one line before it, in two pieces.
+MapResult MapOfOneLine() {
+  MapResult map;
+  map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 400, 320, 240));
+  map.rectified_rig.T_imu_camera[1].translation = {0.1, 0, 0};
+  map.keyframes.push_back({kStamp_ns, {}});
+  MapLine line;
+  line.id = 3;
+  line.sigma_m = 0.001;
+  line.start_world = {-1, 0.5, 2};
+  line.end_world = {0, 0.5, 2};
+  map.lines.push_back(line);
+  line.start_world = {0.4, 0.5, 2};
+  line.end_world = {1, 0.5, 2};
+  map.lines.push_back(line);
+  return map;
+}
+
+LineSupport MeasureSupport(int piece, double from_x_px, double to_x_px) {
+  return {3, piece, kStamp_ns, 0, {Vector2d(from_x_px, 340), Vector2d(to_x_px, 340)}};
+}
+
+TEST(LineSights, EndOnTheLineThatIsSeen) {
+  MapResult map = MapOfOneLine();
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
+  const std::vector<ViewRays> sights = CollectLineRays(map);
+  ASSERT_THAT(sights, SizeIs(1));
+  EXPECT_EQ(sights[0].p_world_camera, Vector3d::Zero());
+  EXPECT_GE(sights[0].p_world.size(), 4u);
+  ASSERT_EQ(sights[0].p_world.size(), sights[0].sigma_m.size());
+  for (size_t i = 0; i < sights[0].p_world.size(); ++i) {
+    const Eigen::Vector3f& p = sights[0].p_world[i];
+    EXPECT_NEAR(p.y(), 0.5, 1e-6);
+    EXPECT_NEAR(p.z(), 2, 1e-6);
+    EXPECT_GE(p.x(), -1);
+    EXPECT_LE(p.x(), 0);
+    EXPECT_GE(sights[0].sigma_m[i], 0.01);
+  }
+}
+
+TEST(LineSights, PixelsBeyondThePieceTellNothing) {
+  MapResult map = MapOfOneLine();
+  map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
+  const std::vector<ViewRays> sights = CollectLineRays(map);
+  ASSERT_THAT(sights, SizeIs(1));
+  EXPECT_TRUE(sights[0].p_world.empty());
+}
+
+TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
+  MapResult map = MapOfOneLine();
+  LineSupport right = MeasureSupport(1, 400, 500);
+  right.camera = 1;
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320), right};
+  const std::vector<ViewRays> sights = CollectLineRays(map);
+  ASSERT_THAT(sights, SizeIs(2));
+  EXPECT_EQ(sights[1].p_world_camera, Vector3d(0.1, 0, 0));
+  for (const Eigen::Vector3f& p : sights[1].p_world) EXPECT_GE(p.x(), 0.4f);
+}
+
+TEST(LineSights, MarksAreSeenToo) {
+  MapResult map = MapOfOneLine();
+  std::swap(map.lines, map.marks);
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
+  EXPECT_THAT(CollectLineRays(map), SizeIs(1));
+}
+
+TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
+  MapResult map = MapOfOneLine();
+  LineSupport unknown = MeasureSupport(0, 120, 320);
+  unknown.line_id = 99;
+  LineSupport elsewhere = MeasureSupport(0, 120, 320);
+  elsewhere.stamp_ns = 8;
+  map.line_evidence.supports = {unknown, elsewhere};
+  EXPECT_THAT(CollectLineRays(map), IsEmpty());
+}
+
+// From a walk through the middle of a room of 10 x 10 x 3 m to points on its walls.
+std::vector<RayBundle> MakeRays(int keyframes, int points) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> along(-5, 5), up(0, 3);
+  std::vector<RayBundle> rays;
+  for (int i = 0; i < keyframes; ++i) {
+    RayBundle bundle{{along(random) / 5, along(random) / 5, 1.5}, {}};
+    for (int k = 0; k < points; ++k) {
+      const double side = k % 4 < 2 ? -5 : 5;
+      const Eigen::Vector3d x(side, along(random), up(random)), y(along(random), side, up(random));
+      bundle.p_world.push_back(k % 2 == 0 ? x : y);
+    }
+    rays.push_back(bundle);
+  }
+  return rays;
+}
+
+// Occupied and free, of the finest size.
+double CountVoxels(const std::vector<RayBundle>& rays, double resolution_m) {
+  OccupancyMap map(resolution_m);
+  map.Insert(rays, 100);
+  double count = 0;
+  for (double x = -5.5; x < 5.5; x += resolution_m) {
+    for (double y = -5.5; y < 5.5; y += resolution_m) {
+      for (double z = -0.5; z < 3.5; z += resolution_m) {
+        const Eigen::Vector3d p = Eigen::Vector3d(x, y, z).array() + 0.5 * resolution_m;
+        count += map.IsFree(p) || map.IsOccupied(p);
+      }
+    }
+  }
+  return count;
+}
+
+TEST(VoxelEstimate, IsNearTheVoxelsThatRaysTake) {
+  for (const int keyframes : {2, 20, 200}) {  // from rays far apart to rays side by side
+    const std::vector<RayBundle> rays = MakeRays(keyframes, 100);
+    const VoxelEstimate estimate(rays, 100);
+    for (const double resolution_m : {0.15, 0.4}) {
+      const double count = CountVoxels(rays, resolution_m);
+      EXPECT_GT(estimate.Voxels(resolution_m), 0.9 * count) << keyframes << " " << resolution_m;
+      EXPECT_LT(estimate.Voxels(resolution_m), 4 * count) << keyframes << " " << resolution_m;
+    }
+  }
+}
+
+// Space that is walked again and again takes no more voxels.
+TEST(VoxelEstimate, OfALongRunIsThatOfTheSpaceItPassed) {
+  const std::vector<RayBundle> once = MakeRays(200, 100);
+  std::vector<RayBundle> often;
+  for (int i = 0; i < 100; ++i) often.insert(often.end(), once.begin(), once.end());
+  EXPECT_LT(VoxelEstimate(often, 100).Voxels(0.1), 2 * VoxelEstimate(once, 100).Voxels(0.1));
+}
+
+TEST(VoxelEstimate, NamesTheLeastResolution) {
+  const VoxelEstimate estimate(MakeRays(20, 100), 100);
+  for (const double limit : {1e4, 1e6, 1e9}) {
+    const double least_m = estimate.LeastResolution_m(limit);
+    EXPECT_LE(estimate.Voxels(least_m), limit);
+    EXPECT_GT(estimate.Voxels(0.85 * least_m), limit);
+  }
+}
+
+TEST(VoxelEstimate, CountsNoRayThatIsNotFinite) {
+  const double nan = std::nan("");
+  const VoxelEstimate estimate({{{0, 0, 0}, {{nan, 0, 0}}}, {{1e30, nan, 0}, {{1, 0, 0}}}}, 20);
+  EXPECT_EQ(estimate.Voxels(0.1), 0);
+}
+
+TEST(Occupancy, AResolutionThatTakesTooMuchMemoryIsRefusedWithOneThatDoes) {
+  const std::vector<RayBundle> rays = MakeRays(200, 150);
+  OccupancyOptions options;
+  options.resolution_m = 0.001;
+  std::map<std::string, int64_t> warnings;
+  const std::string message =
+      testing::MessageOf<ConfigError>([&] { MapOccupancy(rays, options, &warnings); });
+  EXPECT_THAT(message,
+              AllOf(HasSubstr("mapping.occupancy.resolution_m: found 0.001, which takes some "),
+                    HasSubstr("for at most 20000000 voxels (mapping.occupancy.max_voxels)")));
+  const std::string before = "expected at least ";
+  options.resolution_m = std::stod(message.substr(message.find(before) + before.size()));
+  EXPECT_GT(options.resolution_m, 0.001);
+  EXPECT_LT(options.resolution_m, 0.1);
+  options.resolution_m = 0.1;
+  options.max_voxels = 1000;
+  EXPECT_THROW(MapOccupancy(rays, options, &warnings), ConfigError);
+}
+
+TEST(Occupancy, RaysOutOfTheOctreeAreAWarningOfTheMap) {
+  OccupancyOptions options;
+  options.max_range_m = 10;
+  std::map<std::string, int64_t> warnings;
+  MapOccupancy({{{4000, 0, 0}, {{4001, 0, 0}, {4002, 0, 0}}}}, options, &warnings);
+  EXPECT_EQ(warnings[kRayOutOfOctree], 2);
+}
+
+}  // namespace
+}  // namespace slcmap

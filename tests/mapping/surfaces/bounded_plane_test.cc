@@ -1,0 +1,223 @@
+#include "mapping/surfaces/bounded_plane.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "mapping/surfaces/plane_filling.h"
+#include "tests/mapping/surfaces/made_planes.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+double InsideArea(const BoundedPlane& plane) {
+  return std::accumulate(plane.inside.begin(), plane.inside.end(), 0.0) * plane.grid.cell_m *
+         plane.grid.cell_m;
+}
+
+// A room of 4 m x 4 m around a pillar.
+Building RoomAroundPillar(double bounded) {
+  Building building;
+  Room room;
+  room.id = 3;
+  room.bounded = bounded;
+  room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  room.polygon.holes = {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}};
+  building.rooms = {room};
+  for (const bool is_floor : {true, false}) {
+    BuildingPlane plane;
+    plane.kind = is_floor ? PlaneKind::kFloor : PlaneKind::kCeiling;
+    plane.normal = Vector3d(0, 0, is_floor ? 1 : -1);
+    plane.offset_m = is_floor ? 0.2 : -2.7;
+    plane.room_ids = {3};
+    for (const auto& p : room.polygon.outline) {
+      plane.outline_world.emplace_back(p.x(), p.y(), is_floor ? 0.2 : 2.7);
+    }
+    building.planes.push_back(plane);
+  }
+  return building;
+}
+
+TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
+  const std::vector<BoundedPlane> planes = BoundedPlanes(RoomAroundPillar(0.9), {});
+  ASSERT_EQ(planes.size(), 2);
+  for (const BoundedPlane& plane : planes) {
+    EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
+    EXPECT_EQ(plane.reach_m, PlaneOptions{}.room_reach_m);
+  }
+  EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
+}
+
+// Where no walls say how far it goes, a floor is not filled far.
+TEST(BoundedPlanes, ReachFarInRoomsThatWallsBound) {
+  for (const BoundedPlane& plane : BoundedPlanes(RoomAroundPillar(0.4), {})) {
+    EXPECT_EQ(plane.reach_m, PlaneOptions{}.reach_m);
+  }
+}
+
+TEST(BoundedPlanes, AreNotMadeOfFurniture) {
+  Building building = testing::WallWithDoor(0.004);
+  building.planes[0].kind = PlaneKind::kOther;
+  EXPECT_TRUE(BoundedPlanes(building, {}).empty());
+}
+
+// Upright from (1, 0, h) to (1, 2, h) on the floor.
+MapLine LineAt(double height_m) {
+  MapLine line;
+  line.start_world = {1, 0, height_m};
+  line.end_world = {1, 2, height_m};
+  line.kind = LineKind::kEdge;
+  return line;
+}
+
+TEST(PlaneBorders, PartWhatIsOnDifferentSides) {
+  const PlaneBorders borders(testing::FloorGrid(), {LineAt(0.02)}, 0.05);
+  EXPECT_TRUE(borders.Part({8, 5}, {12, 7}));
+  EXPECT_FALSE(borders.Part({8, 5}, {9.5, 7}));
+  EXPECT_FALSE(borders.Part({8, 25}, {12, 25}));  // beyond its end
+}
+
+TEST(PlaneBorders, AreNeitherMarksNorFarOffThePlane) {
+  MapLine mark = LineAt(0);
+  mark.kind = LineKind::kMark;
+  EXPECT_FALSE(PlaneBorders(testing::FloorGrid(), {mark, LineAt(0.1)}, 0.05).Part({8, 5}, {12, 7}));
+}
+
+constexpr double kWallSigma_m = 0.005;
+
+DensePoint PointAt(const Vector3d& p, double sigma_m) {
+  return {p, -Vector3d::UnitY(), sigma_m, 100, DenseSource::kStereo};
+}
+
+// Where the point is then.
+DensePoint Drawn(const DensePoint& point, const PlaneOptions& options = {},
+                 const Building& building = testing::WallWithDoor(kWallSigma_m)) {
+  std::vector<DensePoint> dense = {point};
+  SnapToPlanes(building, options, &dense);
+  EXPECT_EQ(dense.size(), 1u);
+  return dense.front();
+}
+
+TEST(SnapToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
+  const double surface_m2 = 0.005 * 0.005 + 0.01 * 0.01, stereo_m2 = 0.04 * 0.04;
+  const DensePoint uncertain = Drawn(PointAt({3, 2.94, 1}, 0.04));
+  EXPECT_NEAR(3 - uncertain.p_world.y(), 0.06 * surface_m2 / (surface_m2 + stereo_m2), 1e-9);
+  EXPECT_NEAR(uncertain.sigma_m, std::sqrt(surface_m2 * stereo_m2 / (surface_m2 + stereo_m2)),
+              1e-9);
+  EXPECT_EQ(uncertain.p_world.x(), 3);
+  EXPECT_NEAR(Drawn(PointAt({3, 2.98, 1}, 0.001)).p_world.y(), 2.98, 2e-4);
+}
+
+TEST(SnapToPlanes, WhatIsNotOnThePlaneStays) {
+  const auto stays = [](const DensePoint& point, const PlaneOptions& options = {},
+                        const Building& building = testing::WallWithDoor(kWallSigma_m)) {
+    return Drawn(point, options, building).p_world == point.p_world;
+  };
+  const DensePoint on_wall = PointAt({3, 2.94, 1}, 0.04);
+  EXPECT_FALSE(stays(on_wall));
+  EXPECT_TRUE(stays(PointAt({1.5, 2.94, 1}, 0.04))) << "in the door";
+  EXPECT_TRUE(stays(PointAt({5, 2.94, 1}, 0.04))) << "beside the wall";
+  EXPECT_TRUE(stays(PointAt({3, 2.8, 1}, 0.04))) << "before it";
+  DensePoint turned = on_wall;
+  turned.normal_world = Vector3d::UnitX();
+  EXPECT_TRUE(stays(turned)) << "a cupboard's side";
+  PlaneOptions none;
+  none.draw_sigmas = 0;
+  EXPECT_TRUE(stays(on_wall, none));
+  Building unseen = testing::WallWithDoor(kWallSigma_m);
+  unseen.planes[0].inferred = true;
+  EXPECT_TRUE(stays(on_wall, {}, unseen));
+}
+
+TEST(SnapToPlanes, OfSeveralThatComeToOnePlaceTheBestStays) {
+  std::vector<DensePoint> dense = {PointAt({3, 2.92, 1}, 0.05), PointAt({3, 3.001, 1}, 0.004),
+                                   PointAt({3, 3.08, 1}, 0.05), PointAt({3.5, 2.92, 1}, 0.05)};
+  SnapToPlanes(testing::WallWithDoor(kWallSigma_m), {}, &dense);
+  ASSERT_EQ(dense.size(), 2u);
+  EXPECT_NEAR(dense[0].p_world.y(), 3.001, 1e-3);
+  EXPECT_EQ(dense[1].p_world.x(), 3.5);
+}
+
+// Whether a place of the plan is one of the plane's cells that may be filled.
+bool Holds(const BoundedPlane& plane, double x, double y) {
+  const Vector3d p(x, y, 0);
+  const int column = plane.grid.FindColumn(p), row = plane.grid.FindRow(p);
+  return plane.grid.Contains(column, row) && plane.inside(row, column) != 0;
+}
+
+// A storey with a room of 2 by 2 m, and rays from its middle through the door that it has to x = 6.
+struct StoreyScene {
+  Building building;
+  std::vector<ViewRays> sights;
+
+  StoreyScene() {
+    building.storeys = {{0, 0.0, 2.5}};
+    Room room;
+    room.polygon.outline = {{0, 0}, {2, 0}, {2, 2}, {0, 2}};
+    building.rooms = {room};
+    ViewRays view;
+    view.p_world_camera = {1, 1, 1.5};
+    for (int i = -20; i <= 20; ++i) {
+      view.p_world.emplace_back(6, 1 + 0.05F * static_cast<float>(i), 1.2F);
+      view.sigma_m.push_back(0.02F);
+    }
+    sights.assign(5, view);
+  }
+};
+
+TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
+  const StoreyScene scene;
+  const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.sights, {});
+  ASSERT_EQ(planes.size(), 2u);
+  for (const BoundedPlane& plane : planes) {
+    EXPECT_TRUE(Holds(plane, 4, 1));
+    EXPECT_TRUE(Holds(plane, 5.5, 1.5));
+    EXPECT_FALSE(Holds(plane, 1, 1)) << "in the room";
+    EXPECT_FALSE(Holds(plane, 2.2, 1)) << "in its wall";
+    EXPECT_FALSE(Holds(plane, 4, 1.9)) << "no ray went there";
+    EXPECT_FALSE(Holds(plane, 5.97, 1)) << "the rays' ends are something";
+    EXPECT_FALSE(plane.is_measured);
+    EXPECT_EQ(plane.reach_m, PlaneOptions{}.storey_reach_m);
+  }
+  EXPECT_NEAR(planes[0].grid.At(0, 0).z(), 0, 1e-12);
+  EXPECT_NEAR(planes[1].grid.At(0, 0).z(), 2.5, 1e-12);
+  EXPECT_EQ(planes[1].grid.normal, Vector3d(-Vector3d::UnitZ()));
+}
+
+// A ceiling that nobody saw is nowhere; rays above and below a storey are not of it.
+TEST(StoreyPlanes, AreOfWhatWasSeenOfAStorey) {
+  StoreyScene scene;
+  scene.building.storeys[0].ceiling_m.reset();
+  EXPECT_EQ(StoreyPlanes(scene.building, scene.sights, {}).size(), 1u);
+  scene.building.storeys[0].floor_m = 3;
+  EXPECT_TRUE(StoreyPlanes(scene.building, scene.sights, {}).empty());
+  EXPECT_TRUE(StoreyPlanes(scene.building, {}, {}).empty());
+}
+
+// What is filled is a surface as what is measured.
+
+DensePoint ComputePoint(const Eigen::Vector3d& p_world, DenseSource source) {
+  DensePoint point;
+  point.p_world = p_world;
+  point.source = source;
+  return point;
+}
+
+TEST(FilledPoints, AreOccupied) {
+  MapResult map;
+  const Eigen::Vector3d measured(1, 1, 1.02), filled(2, 1, 1.02);
+  map.dense = {ComputePoint(measured, DenseSource::kStereo)};
+  AddFilledPoints({ComputePoint(filled, DenseSource::kFilledPlane)}, 0.05, &map);
+  EXPECT_EQ(map.dense.size(), 2u);
+  EXPECT_TRUE(map.occupancy.IsOccupied(filled));
+  EXPECT_FALSE(map.occupancy.IsOccupied(filled + Eigen::Vector3d(0, 0, 0.5)));
+  RemoveFilledPoints(&map);
+  ASSERT_EQ(map.dense.size(), 1u);
+  EXPECT_EQ(map.dense[0].p_world, measured);
+}
+
+}  // namespace
+}  // namespace slcmap
