@@ -1,5 +1,3 @@
-#include "export/cad/dxf_writer.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <iterator>
 
 #include "data/io/file.h"
+#include "export/cad/cad_writers.h"
 #include "export/plan/section_drawing.h"
 #include "export/plan/storey_plan.h"
 #include "export/scene/map_layers.h"

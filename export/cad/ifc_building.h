@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "export/cad/cad_writers.h"
 #include "export/cad/ifc_file.h"
-#include "export/cad/ifc_writer.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {

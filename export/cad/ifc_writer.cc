@@ -1,5 +1,3 @@
-#include "export/cad/ifc_writer.h"
-
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
@@ -7,6 +5,7 @@
 
 #include "data/io/file.h"
 #include "data/io/yaml.h"
+#include "export/cad/cad_writers.h"
 #include "export/cad/ifc_building.h"
 #include "export/cad/ifc_file.h"
 #include "export/scene/building_solids.h"

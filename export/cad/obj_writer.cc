@@ -1,11 +1,10 @@
-#include "export/cad/obj_writer.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <iterator>
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "export/cad/cad_writers.h"
 #include "export/scene/map_layers.h"
 #include "export/scene/map_writer.h"
 

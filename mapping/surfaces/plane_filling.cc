@@ -153,8 +153,8 @@ constexpr double kMeasuredSeen = 0.2, kFilledUntil = 0.7, kFilledSeen = 0.9;
 // The views of a building's rigs, and what hides places from them.
 class WatchingViews {
  public:
-  WatchingViews(const std::vector<ViewCameras>& cameras, const PlaneOptions& options)
-      : cameras_(cameras), depths_(cameras.size()), options_(options) {}
+  explicit WatchingViews(const std::vector<ViewCameras>& cameras)
+      : cameras_(cameras), depths_(cameras.size()) {}
 
   // Surfaces of which points are so far apart hide what is behind them, from now on.
   void AddHiding(const std::vector<DensePoint>& surfaces, double apart_m,
@@ -171,7 +171,7 @@ class WatchingViews {
   std::vector<PlaneWatch> Watches() const {
     std::vector<PlaneWatch> watches;
     for (size_t rig = 0; rig < cameras_.size(); ++rig) {
-      watches.emplace_back(cameras_[rig], depths_[rig], options_);
+      watches.emplace_back(cameras_[rig], depths_[rig]);
     }
     return watches;
   }
@@ -179,7 +179,6 @@ class WatchingViews {
  private:
   const std::vector<ViewCameras>& cameras_;
   std::vector<std::vector<VisibilityDepths>> depths_;  // by rig
-  const PlaneOptions& options_;
 };
 
 bool AnySees(std::vector<PlaneWatch>* watches, const Vector3d& p, const Vector3d& normal) {
@@ -300,7 +299,7 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
   options.Check();
   const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
   if (planes.empty()) return {};
-  WatchingViews watching(measured.watchers, options);
+  WatchingViews watching(measured.watchers);
   watching.AddHiding(measured.dense, measured.voxel_m, progress.Part(0, kMeasuredSeen));
   const std::vector<DensePoint> filled = FirstOfEach(
       FillEach(measured, planes, watching, options, progress.Part(kMeasuredSeen, kFilledUntil)));

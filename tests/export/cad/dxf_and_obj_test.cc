@@ -7,8 +7,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/dxf_writer.h"
-#include "export/cad/obj_writer.h"
+#include "export/cad/cad_writers.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "export/cad/ifc_writer.h"
+#include "export/cad/cad_writers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

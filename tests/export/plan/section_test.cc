@@ -12,7 +12,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/dxf_writer.h"
+#include "export/cad/cad_writers.h"
 #include "export/export.h"
 #include "export/plan/plan_writer.h"
 #include "export/plan/section_view.h"

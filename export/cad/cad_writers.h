@@ -1,7 +1,4 @@
-// A DXF file in the form of AutoCAD R12, the one that all programs read.
-//
-// Metres. Names are upper-case ASCII letters, digits, $, _ and -, at most 31 of them. Texts are
-// ASCII: what is not, is written by its nearest ASCII characters.
+// Maps for programs of drawing, of building information modelling and of modelling: DXF, IFC, OBJ.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +22,10 @@ struct DxfLayer {
   bool is_on = true;
 };
 
+// A DXF file in the form of AutoCAD R12, the one that all programs read.
+//
+// Metres. Names are upper-case ASCII letters, digits, $, _ and -, at most 31 of them. Texts are
+// ASCII: what is not, is written by its nearest ASCII characters.
 class DxfFile {
  public:
   // Texts and dashes are sized for a drawing that is printed at 1 : scale.
@@ -88,6 +89,43 @@ class DxfWriter : public MapWriter {
  private:
   PlanOptions options_;
   double max_jump_s_;
+};
+
+// IFC4, for programs of building information modelling.
+
+// Writes map.ifc: project, site, building, storeys; walls with openings and doors, slabs, spaces,
+// pipes, and lines as annotations. Metres, in the map's world; without a compass there is no true
+// north. What cannot be a solid is left out, with a warning that counts it.
+class IfcWriter : public MapWriter {
+ public:
+  explicit IfcWriter(const IfcOptions& options) : options_(options) {}
+  std::string Format() const override { return "ifc"; }
+  std::vector<std::string> Names() const override { return {"map.ifc"}; }
+
+  // Throws also DataError for a map with numbers that are not finite, and ConfigError for options
+  // out of their range.
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  IfcOptions options_;
+};
+
+// Writes map.obj, in metres, z or y up: an object (`o`) a layer of map_layers.h, lines, outlines
+// and the trajectory as line elements (`l`) of two vertices each, planes as triangles (`f`); and
+// map.mtl with a colour for each kind of plane, axis of lines and the trajectory.
+class ObjWriter : public MapWriter {
+ public:
+  explicit ObjWriter(double max_jump_s, const ObjOptions& options = {})
+      : max_jump_s_(max_jump_s), options_(options) {}
+  std::string Format() const override { return "obj"; }
+  std::vector<std::string> Names() const override { return {"map.obj", "map.mtl"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  double max_jump_s_;
+  ObjOptions options_;
 };
 
 }  // namespace slcmap::exporting
