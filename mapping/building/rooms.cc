@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "data/core/math.h"
@@ -106,10 +105,8 @@ struct Border {
   int cell = -1, other = -1;
   Vector2d from = Vector2d::Zero(), to = Vector2d::Zero();
   double length_m = 0;
-  Vector2d part_from = Vector2d::Zero(), part_to = Vector2d::Zero();  // of the wall that it is on
-  double share = 0;                                                   // covered by a wall
-  bool parts = false;                                                 // rooms
-  bool narrow = false;                                                // though it is open
+  double share = 0;    // covered by a wall
+  bool parts = false;  // rooms
 };
 
 using GridPoint = std::pair<int64_t, int64_t>;
@@ -145,12 +142,9 @@ class BorderFinder {
  private:
   Border NewBorder(int cell, const Vector2d& a, const Vector2d& b) const {
     Border border{cell, -1, a, b, (b - a).norm()};
-    if (const auto placed = PartAt(lines_, a, b)) {
-      border.part_from = placed->from;
-      border.part_to = placed->to;
-      border.share = placed->part.share;
-      border.narrow = placed->part.is_narrow;
-      border.parts = placed->part.share > 0 || placed->part.is_narrow;
+    if (const auto part = PartAt(lines_, a, b)) {
+      border.share = part->share;
+      border.parts = part->share > 0 || part->is_narrow;
     }
     return border;
   }
@@ -204,22 +198,6 @@ void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& o
   }
 }
 
-// A niche is in a wall, too, but leads from one place to none. What rays went through everywhere is
-// in none: the lines of a wall go on where it ends.
-void KeepOpenPlaces(const std::vector<Border>& borders, std::vector<Cell>* cells) {
-  constexpr double kFree = 0.5, kFreeThroughout = 0.9;
-  std::map<int, std::set<int>> before;  // cells that openings lead to, by cell in a wall
-  for (const Border& border : borders) {
-    if (border.other < 0 || border.share > 0) continue;
-    if ((*cells)[border.cell].is_in_wall) before[border.cell].insert(border.other);
-    if ((*cells)[border.other].is_in_wall) before[border.other].insert(border.cell);
-  }
-  for (const auto& [cell, others] : before) {
-    const double free = (*cells)[cell].free;
-    if (free >= (others.size() == 1 ? kFree : kFreeThroughout)) (*cells)[cell].is_in_wall = false;
-  }
-}
-
 void LabelCells(const std::vector<Border>& borders, double border_cost_m,
                 std::vector<Cell>* cells) {
   std::vector<LabelCosts> costs;
@@ -267,129 +245,9 @@ bool AreInside(const std::vector<Cell>& cells, const Border& border) {
   return border.other >= 0 && cells[border.cell].is_inside && cells[border.other].is_inside;
 }
 
-// A way through a wall that is open on both sides, and wider than a door.
-struct Passage {
-  int cell = -1, other = -1;  // that it connects
-  double length_m = 0;        // of both borders, that it takes
-  Polygon polygon;
-};
-
-// Along a border from its start, and across it.
-struct BorderFrame {
-  explicit BorderFrame(const Border& border)
-      : start(border.from),
-        along((border.to - border.from) / border.length_m),
-        across(-along.y(), along.x()) {}
-  double MeasureAlong(const Vector2d& p) const { return along.dot(p - start); }
-  double ComputeAcross(const Vector2d& p) const { return across.dot(p - start); }
-
-  Vector2d start, along, across;
-};
-
-Interval FindInterval(const BorderFrame& frame, const Vector2d& a, const Vector2d& b) {
-  const double s = frame.MeasureAlong(a), t = frame.MeasureAlong(b);
-  return {std::min(s, t), std::max(s, t)};
-}
-
-// Whether a wall, or the gap of a door in one, goes along between two borders.
-bool IsBarred(const BorderFrame& frame, const Interval& interval, double depth_m,
-              const std::vector<Border>& borders) {
-  constexpr double kLeast_m = 0.05;  // what is square to it, give or take a degree, is no bar
-  return std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
-    const double at_m = frame.ComputeAcross(0.5 * (border.from + border.to)) / depth_m;
-    return border.parts && at_m > 0.02 && at_m < 0.98 &&
-           Common(interval, FindInterval(frame, border.from, border.to)).length_m() > kLeast_m;
-  });
-}
-
-// Between two borders of a wall that lie opposite each other. Other walls' lines cut borders: the
-// openings as a whole are wide.
-std::optional<Passage> PassageBetween(const Border& a, const Border& b,
-                                      const std::vector<Border>& borders,
-                                      const BuildingOptions& options) {
-  constexpr double kParallel = 0.98;
-  const BorderFrame frame(a);
-  if (std::abs(frame.along.dot(b.to - b.from)) < kParallel * b.length_m) return std::nullopt;
-  const double depth_m = frame.ComputeAcross(0.5 * (b.from + b.to));
-  if (std::abs(depth_m) > options.max_thickness_m || std::abs(depth_m) < kApart_m) {
-    return std::nullopt;
-  }
-  const Interval opening = Common(FindInterval(frame, a.part_from, a.part_to),
-                                  FindInterval(frame, b.part_from, b.part_to));
-  const Interval shared =
-      Common(FindInterval(frame, a.from, a.to), FindInterval(frame, b.from, b.to));
-  if (opening.length_m() <= kBuildingMaxDoorWidth_m || shared.length_m() <= kApart_m) {
-    return std::nullopt;
-  }
-  if (IsBarred(frame, shared, depth_m, borders)) return std::nullopt;
-  const auto on_b = [&](double along_m) -> Vector2d {
-    const double share = (along_m - frame.MeasureAlong(b.from)) / frame.along.dot(b.to - b.from);
-    return b.from + share * (b.to - b.from);
-  };
-  const auto on_a = [&](double along_m) -> Vector2d { return a.from + along_m * frame.along; };
-  Passage passage;
-  passage.length_m = shared.length_m();
-  passage.polygon.outline = {on_a(shared.from_m), on_a(shared.to_m), on_b(shared.to_m),
-                             on_b(shared.from_m)};
-  return passage;
-}
-
-std::vector<Passage> PassagesThroughWalls(const std::vector<Cell>& cells,
-                                          const std::vector<Border>& borders,
-                                          const BuildingOptions& options) {
-  std::vector<std::pair<int, const Border*>> open;  // with the cell before it
-  for (const Border& border : borders) {
-    if (border.parts || border.other < 0 || border.length_m <= kApart_m) continue;
-    for (const auto& [cell, behind] :
-         {std::pair(border.cell, border.other), std::pair(border.other, border.cell)}) {
-      if (cells[cell].is_inside && cells[behind].is_in_wall) open.emplace_back(cell, &border);
-    }
-  }
-  std::vector<Passage> passages;
-  for (size_t i = 0; i < open.size(); ++i) {
-    for (size_t k = i + 1; k < open.size(); ++k) {
-      if (open[i].first == open[k].first) continue;
-      auto passage = PassageBetween(*open[i].second, *open[k].second, borders, options);
-      if (!passage) continue;
-      passage->cell = open[i].first;
-      passage->other = open[k].first;
-      passages.push_back(std::move(*passage));
-    }
-  }
-  return passages;
-}
-
-// What is too small for a room, as a niche, belongs to that beside it through its widest gap.
-void JoinSmall(const std::vector<Cell>& cells, const std::vector<Border>& borders,
-               double min_room_m2, Groups* groups) {
-  for (bool changed = true; changed;) {
-    changed = false;
-    std::map<int, double> areas;
-    for (size_t i = 0; i < cells.size(); ++i) {
-      if (cells[i].is_inside) areas[groups->Of(static_cast<int>(i))] += cells[i].area_m2;
-    }
-    std::map<std::pair<int, int>, double> gaps;  // from a small one
-    for (const Border& border : borders) {
-      if (!AreInside(cells, border) || border.share > 0) continue;
-      const int a = groups->Of(border.cell), b = groups->Of(border.other);
-      if (a == b) continue;
-      if (areas[a] < min_room_m2) gaps[{a, b}] += border.length_m;
-      if (areas[b] < min_room_m2) gaps[{b, a}] += border.length_m;
-    }
-    const auto widest = std::max_element(
-        gaps.begin(), gaps.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (widest == gaps.end()) return;
-    groups->Join(widest->first.first, widest->first.second);
-    changed = true;
-  }
-}
-
-double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,
-                    const std::vector<Passage>& passages, int group, Groups* groups) {
+double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells, int group,
+                    Groups* groups) {
   double covered_m = 0, all_m = 0;
-  for (const Passage& passage : passages) {
-    if (groups->Of(passage.cell) == group) all_m -= 2 * passage.length_m;  // its mouths are inside
-  }
   for (const Border& border : borders) {
     const auto is_in = [&](int cell) {
       return cell >= 0 && cells[cell].is_inside && groups->Of(cell) == group;
@@ -414,16 +272,12 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     for (const PlanPoints& hole : cells[i].polygon.holes) finder.Add(static_cast<int>(i), hole);
   }
   const std::vector<Border> borders = finder.Borders();
-  KeepOpenPlaces(borders, &cells);
   LabelCells(borders, kBorderCost_m, &cells);
 
   Groups groups(cells.size());
   for (const Border& border : borders) {
     if (AreInside(cells, border) && !border.parts) groups.Join(border.cell, border.other);
   }
-  const std::vector<Passage> passages = PassagesThroughWalls(cells, borders, options);
-  for (const Passage& passage : passages) groups.Join(passage.cell, passage.other);
-  JoinSmall(cells, borders, kMinRoom_m2, &groups);
   std::map<int, std::vector<int>> members;
   for (size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].is_inside) members[groups.Of(static_cast<int>(i))].push_back(static_cast<int>(i));
@@ -437,11 +291,8 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
       area_m2 += cells[i].area_m2;
       free_m2 += cells[i].area_m2 * cells[i].free;
     }
-    for (const Passage& passage : passages) {
-      if (groups.Of(passage.cell) == group) polygons.push_back(passage.polygon);
-    }
     if (area_m2 < kMinRoom_m2 || free_m2 < kLeastFree * area_m2) continue;
-    const double bounded = BoundedShare(borders, cells, passages, group, &groups);
+    const double bounded = BoundedShare(borders, cells, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
       polygon.outline = Straightened(polygon.outline, kStraight_m, kApart_m);

@@ -142,9 +142,9 @@ std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
   return lines;
 }
 
-std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Vector2d& a,
-                                 const Vector2d& b) {
-  std::optional<PlacedPart> best;
+std::optional<WallPart> PartAt(const std::vector<WallLine>& lines, const Vector2d& a,
+                               const Vector2d& b) {
+  std::optional<WallPart> best;
   const Vector2d middle = 0.5 * (a + b);
   for (const WallLine& line : lines) {
     const Face& face = line.wall->face;
@@ -154,10 +154,10 @@ std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Vecto
     const double along_m = face.MeasureAlong(middle);
     for (const WallPart& part : line.parts) {
       if (along_m < part.from_m || along_m > part.to_m) continue;
-      if (best && part.share <= best->part.share && !(part.is_narrow && best->part.share == 0)) {
+      if (best && part.share <= best->share && !(part.is_narrow && best->share == 0)) {
         continue;
       }
-      best = PlacedPart{part, face.PointAt(part.from_m), face.PointAt(part.to_m)};
+      best = part;
     }
   }
   return best;

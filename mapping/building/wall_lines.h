@@ -18,12 +18,6 @@ struct WallPart {
   bool is_narrow = false;       // a gap that parts rooms all the same
 };
 
-// One with its ends in the plan.
-struct PlacedPart {
-  WallPart part;
-  Eigen::Vector2d from, to;
-};
-
 struct WallLine {
   const WallFace* wall = nullptr;
   std::vector<WallPart> parts;  // one after the other, the first and last beyond the face
@@ -36,8 +30,8 @@ std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
                                    const BuildingOptions& options);
 
 // The part of any of the lines that covers a piece of one most; nothing where it is on none.
-std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Eigen::Vector2d& a,
-                                 const Eigen::Vector2d& b);
+std::optional<WallPart> PartAt(const std::vector<WallLine>& lines, const Eigen::Vector2d& a,
+                               const Eigen::Vector2d& b);
 
 // Where two faces cross, as metres along each; nothing where they are nearly parallel.
 std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b);

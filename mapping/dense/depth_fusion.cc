@@ -131,7 +131,7 @@ struct Surfel {
   std::array<int64_t, 3> voxel = {};
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double sigma_m = 0;
-  float weight = 0, grey = 0, filled_share = 0;
+  float weight = 0, grey = 0;
 };
 
 // Surfels, sorted by key, by their columns of voxels.
@@ -259,7 +259,6 @@ void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera
       sums.weighted_normal += weight * normal;
       sums.weight += weight;
       sums.weighted_grey += weight * node.grey;
-      sums.filled_weight += node.is_filled ? weight : 0;
       ++sums.count;
     }
   }
@@ -279,7 +278,6 @@ std::vector<DensePoint> DepthFusion::Points() const {
     if (surfel.sigma_m > kMaxSigmaVoxels * options_.voxel_m) continue;
     surfel.weight = sums.weight / shared;
     surfel.grey = sums.weighted_grey / sums.weight;
-    surfel.filled_share = sums.filled_weight / sums.weight;
     surfels.push_back(surfel);
   }
   std::sort(surfels.begin(), surfels.end(),
@@ -293,7 +291,7 @@ std::vector<DensePoint> DepthFusion::Points() const {
   for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m, options_.threads)) {
     points.push_back(
         {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey)),
-         surfel.filled_share > 0.5 ? DenseSource::kFilledPlane : DenseSource::kStereo});
+         DenseSource::kStereo});
   }
   return points;
 }

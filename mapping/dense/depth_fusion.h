@@ -43,7 +43,7 @@ class DepthFusion {
   struct Sums {
     Eigen::Vector3d weighted_p = Eigen::Vector3d::Zero();
     Eigen::Vector3f weighted_normal = Eigen::Vector3f::Zero();
-    float weight = 0, weighted_grey = 0, filled_weight = 0;
+    float weight = 0, weighted_grey = 0;
     int count = 0;
   };
 

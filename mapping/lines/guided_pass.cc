@@ -182,7 +182,6 @@ constexpr double kMoved_m = 0.004;    // a line that moved by more is looked for
 void StartBins(TrackedLine* line) {
   line->places.clear();
   line->step_sum = line->lasting_sum = line->brightness_sum = 0;
-  line->shown_samples = 0;
   line->bins_from_m = line->seen.from_m - kBeyond_m;
   const double length_m = line->seen.to_m + kBeyond_m - line->bins_from_m;
   line->bins.assign(static_cast<size_t>(std::ceil(length_m / kBin_m)), BinViews());
@@ -250,7 +249,6 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
           sample.along_m > line->seen.to_m) {
         continue;
       }
-      ++line->shown_samples;
       line->step_sum += sample.step;
       line->lasting_sum += sample.lasting_step;
       line->brightness_sum += sample.brightness;

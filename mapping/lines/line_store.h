@@ -83,7 +83,6 @@ struct TrackedLine {
   std::vector<EdgePoint> places;
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
-  int shown_samples = 0;
   SurfacesBeside surfaces;
   int parallels = 0;           // lines beside it, see line_kinds.h
   std::vector<BinViews> bins;  // from bins_from_m on

@@ -24,7 +24,6 @@ struct DepthNode {
   float slope_x = 0, slope_y = 0;
   float sigma = 0;  // standard deviation of inverse_depth
   uint8_t grey = 0;
-  bool is_filled = false;  // from a plane, not from this pixel's own match
 
   bool is_known() const { return inverse_depth > 0; }
   double depth_m() const { return 1 / inverse_depth; }

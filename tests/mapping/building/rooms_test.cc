@@ -72,29 +72,6 @@ TEST_F(RoomsTest, ArePartedByAWallThatIsBlankOnOneSide) {
   EXPECT_NEAR(area_m2, 20 + 9.85 * 3.85, 0.1);
 }
 
-TEST_F(RoomsTest, AreOneThroughAPassageThatIsWiderThanADoor) {
-  Uncover(6, 8.5, &corridor_);
-  Uncover(1.5, 4, &rooms_);
-  const std::vector<FoundRoom> found = Find();
-  ASSERT_THAT(found, SizeIs(2));
-  EXPECT_NEAR(Area(found[0].polygon) + Area(found[1].polygon), 20 + 9.85 * 3.85 + 2.5 * 0.15, 0.1);
-}
-
-// The line of a wall that ends in the room goes on through the passage.
-TEST_F(RoomsTest, AreOneThroughAPassageThatALineOfAnotherWallCrosses) {
-  Uncover(6, 8.5, &corridor_);
-  Uncover(1.5, 4, &rooms_);
-  const std::vector<FoundRoom> found = Find({Between({7.25, 6}, {7.25, 4.5})});
-  ASSERT_THAT(found, SizeIs(2));
-  for (const FoundRoom& room : found) EXPECT_GT(room.bounded, 0.95);
-}
-
-TEST_F(RoomsTest, ArePartedByAWallThatStandsInAPassage) {
-  Uncover(6, 8.5, &corridor_);
-  Uncover(1.5, 4, &rooms_);
-  EXPECT_THAT(Find({Between({5.5, 2.08}, {9, 2.08})}), SizeIs(3));
-}
-
 Room SquareRoom() {
   Room room;
   room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};

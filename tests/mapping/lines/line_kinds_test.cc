@@ -85,7 +85,6 @@ TEST(LineSurfaces, FarFromAllPointsNothingIsKnown) {
 TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces,
                      double brightness = 100) {
   TrackedLine line;
-  line.shown_samples = 10;
   line.brightness_sum = 10 * brightness;
   line.step_sum = 10 * step;
   line.lasting_sum = 10 * step * lasting;
