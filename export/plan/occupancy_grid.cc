@@ -1,5 +1,3 @@
-#include "export/plan/occupancy_grid.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
@@ -9,6 +7,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "export/plan/plan_writer.h"
 #include "export/scene/map_writer.h"
 
 namespace slcmap::inline exporting {

@@ -1,7 +1,6 @@
-#include "export/scene/ply_writer.h"
-
 #include "data/io/ply.h"
 #include "export/scene/map_writer.h"
+#include "export/scene/scene.h"
 #include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
 

@@ -9,7 +9,6 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/plan/occupancy_grid.h"
 #include "export/plan/plan_writer.h"
 #include "export/plan/sheet.h"
 #include "tests/testing/made_building.h"
