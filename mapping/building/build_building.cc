@@ -205,30 +205,6 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
   });
 }
 
-// The wall goes on above and beneath its windows, though little may be seen of it there: where it
-// is known beside them, and they do not reach the top.
-void CoverWindows(const std::vector<FaceOpening>& openings, const Level& level, WallFace* wall) {
-  constexpr double kBeside_m = 0.3, kAbove_m = 0.25;
-  const auto count = static_cast<int64_t>(wall->shares.size());
-  const auto step_of = [&](double along_m) {
-    return static_cast<int64_t>(std::lround((along_m - wall->face.from_m) / wall->step_m));
-  };
-  const auto is_known = [&](int64_t first, int64_t end) {
-    for (int64_t k = std::max<int64_t>(first, 0); k < std::min(end, count); ++k) {
-      if (wall->shares[k] > 0) return true;
-    }
-    return false;
-  };
-  const int64_t beside = std::lround(kBeside_m / wall->step_m);
-  for (const FaceOpening& opening : openings) {
-    if (opening.kind != OpeningKind::kWindow || opening.high_m > level.top_m - kAbove_m) continue;
-    const int64_t first = step_of(opening.from_m), end = step_of(opening.to_m);
-    if (!is_known(first - beside, first) || !is_known(end, end + beside)) continue;
-    for (int64_t k = std::max<int64_t>(first, 0); k < std::min(end, count); ++k)
-      wall->shares[k] = 1;
-  }
-}
-
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
@@ -239,7 +215,6 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
-      CoverWindows(built.openings, level, &built.wall);
     }
   }
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);

@@ -12,8 +12,7 @@ using Eigen::Vector2d;
 // Rooms.
 constexpr double kExtension_m = 30;  // of a wall's line beyond what was measured of it, at most
 
-constexpr double kShortest_m = 0.2;  // parts that are shorter belong to those beside them
-constexpr double kCovered = 0.4;     // share of a step from which on it counts as covered
+constexpr double kCovered = 0.4;  // share of a step from which on it counts as covered
 constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
 
 // The parts of a face between its ends, by whether they are covered.
@@ -30,18 +29,6 @@ std::vector<WallPart> SplitIntoParts(const WallFace& wall) {
     }
   }
   return parts;
-}
-
-void DropShort(std::vector<WallPart>* parts) {
-  for (size_t i = 1; i + 1 < parts->size();) {
-    if ((*parts)[i].to_m - (*parts)[i].from_m >= kShortest_m) {
-      ++i;
-      continue;
-    }
-    (*parts)[i - 1].to_m = (*parts)[i + 1].to_m;
-    parts->erase(parts->begin() + static_cast<int64_t>(i),
-                 parts->begin() + static_cast<int64_t>(i) + 2);
-  }
 }
 
 // Whether a wall is covered somewhere between two places along it.
@@ -131,7 +118,6 @@ std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
   std::vector<WallLine> lines;
   for (const WallFace& wall : walls) {
     WallLine line{&wall, SplitIntoParts(wall)};
-    DropShort(&line.parts);
     for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
       WallPart& part = line.parts[i];
       part.is_narrow = part.share == 0 && part.to_m - part.from_m <= kBuildingMaxDoorWidth_m;
