@@ -120,14 +120,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTop_m = 0.5;  // beneath a storey's top: what reaches it is a wall
-constexpr int kBeside = 2;      // columns beside a column that count with it
-constexpr double kLow_m = 1;    // over a storey's floor: what stands there
-constexpr int kSolidRows = 3;   // that a wall has over a door
-// What hangs from a ceiling and lets rays pass beneath it, as a duct does: so long, with that share
-// of all that is covered, it is no wall with doors.
-constexpr double kHanging_m = 2.5, kMostHanging = 0.85;
-constexpr double kWayBeneath = 0.2;     // share of the cells beneath it that were passed, at least
+constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;              // columns beside a column that count with it
+constexpr int kSolidRows = 3;           // that a wall has over a door
 constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
 constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
@@ -139,13 +134,11 @@ struct ColumnCounts {
   int columns = 0, cells = 0, support = 0, passes = 0, others = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
   int top_behind = 0;
-  int low_cells = 0, low_support = 0, low_passes = 0;  // in the rows at the floor
 };
 
 // Cells of a column and of those beside it: rays can be few.
 ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
-  const int low = static_cast<int>(std::lround(kLow_m / grid.cell_m));
   ColumnCounts counts;
   const int first = std::max(0, middle - kBeside),
             last = std::min(grid.columns() - 1, middle + kBeside);
@@ -159,9 +152,6 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
       counts.support += supported ? 1 : 0;
       counts.passes += passed ? 1 : 0;
       counts.others += other ? 1 : 0;
-      counts.low_cells += row < low ? 1 : 0;
-      counts.low_support += row < low && supported ? 1 : 0;
-      counts.low_passes += row < low && passed ? 1 : 0;
       if (row < top) continue;
       counts.top_support += supported ? 1 : 0;
       counts.top_passes += passed ? 1 : 0;
@@ -183,24 +173,6 @@ double ComputeShareFree(const ColumnCounts& counts) {
   if (counts.top_support >= solid) return 1;  // over a door
   if (counts.support >= solid && counts.passes <= stray) return 0.5;
   return 0;
-}
-
-// Something at the top, and a way beneath it.
-bool IsHanging(const ColumnCounts& counts) {
-  return counts.top_support > 0 && counts.low_support <= kUnseenPasses * counts.low_cells &&
-         counts.low_passes >= kWayBeneath * counts.low_cells;
-}
-
-// Whether nearly all that is covered of a face hangs from the ceiling.
-bool HangsFromCeiling(const std::vector<ColumnCounts>& columns, const std::vector<double>& shares,
-                      double cell_m) {
-  int covered = 0, hanging = 0;
-  for (size_t i = 0; i < columns.size(); ++i) {
-    if (shares[i] == 0) continue;
-    ++covered;
-    hanging += IsHanging(columns[i]) ? 1 : 0;
-  }
-  return hanging * cell_m > kHanging_m && hanging > kMostHanging * covered;
 }
 
 // Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
@@ -264,9 +236,6 @@ std::vector<double> WallShares(const FaceGrid& grid) {
   for (int column = 0; column < grid.columns(); ++column) {
     columns.push_back(CountAround(grid, column));
     shares.push_back(ComputeShareFree(columns.back()));
-  }
-  if (HangsFromCeiling(columns, shares, grid.cell_m)) {
-    return std::vector<double>(shares.size(), 0);
   }
   // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;

@@ -131,7 +131,7 @@ void AddRay(const Face& face, const Eigen::Vector3d& camera, const Eigen::Vector
 // What stands in the columns of a grid: the share of each, 0 to 1, that is sure to be a wall. One
 // that reaches the top of the storey is; one whose top was not seen counts half; none is one over
 // which rays pass, as over a cupboard, or behind or before which something else reaches the top, as
-// behind a door's leaf or a duct. What hangs from the ceiling nearly all along is no wall.
+// behind a door's leaf or a duct.
 std::vector<double> WallShares(const FaceGrid& grid);
 
 // Of the face of a wall that is at least `share` covered.
