@@ -69,7 +69,7 @@ TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
                         HasSubstr("expected 0.001 to 100"))));
   for (const char* yaml : {"cloud: {voxel_m: 1e-9}", "cloud: {outlier_neighbours: 1000000000}",
                            "occupancy: {max_range_m: 1e9}", "occupancy: {max_voxels: 0}",
-                           "run_lines: {max_sigma_m: 1e9}", "lines: {sweep: {max_views: 0}}"}) {
+                           "run_lines: {max_sigma_m: 1e9}", "lines: {sweep: {max_depth_m: 0}}"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {") + yaml + "}"); },
                 ThrowsMessage<ConfigError>(HasSubstr("options.yaml: mapping.")));
   }

@@ -152,7 +152,7 @@ MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
   RecordedViews recorded;
   recorded.views = views;
   recorded.images = std::move(room);
-  return BuildMap(run, &recorded, options);
+  return MapRun(run, &recorded, options);
 }
 
 // As those of another recording, or of cameras that were exchanged, at the same stamps.

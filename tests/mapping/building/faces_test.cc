@@ -147,7 +147,7 @@ double DistanceAtMiddle(const Face& face) { return face.DistanceTo({0.5 * kLengt
 // How far a face is from the wall that started so far before it.
 double OffAfterMove(const WallSamples& wall, double start_m) {
   Face face = FaceBefore(start_m);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   return DistanceAtMiddle(face);
 }
 
@@ -195,7 +195,7 @@ TEST(FaceSurface, OneRecessedLineIsNotTheWall) {
   for (int i = 0; i < 6; ++i) wall.AddLine(0, 0.5 + 0.3 * i);
   wall.AddLine(-0.02, 1.1);
   Face face = FaceBefore(0.005);
-  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, {}, &face), 0.02);
+  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, &face), 0.02);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -213,7 +213,7 @@ TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
   wall.AddLine(0, 0.1, kSlope);
   wall.AddLine(0.02, 1);  // a rail that is not parallel to it
   Face face = FaceBefore(0.004);
-  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.002);
   EXPECT_NEAR(-face.normal.x(), kSlope, 0.0007);
   // The face covers what it covered.
@@ -225,15 +225,15 @@ TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
   small.AddPoints(0, 1, 1.1, 0.5);
   large.AddPoints(0, 0.1, 2.6);
   Face first = FaceBefore(0), second = FaceBefore(0);
-  const double small_m = MoveOntoSurface(small.samples(), 0.045, {}, &first);
-  const double large_m = MoveOntoSurface(large.samples(), 0.045, {}, &second);
+  const double small_m = MoveOntoSurface(small.samples(), 0.045, &first);
+  const double large_m = MoveOntoSurface(large.samples(), 0.045, &second);
   EXPECT_GT(small_m, 0.008);
   EXPECT_LT(large_m, 0.006);
 }
 
 TEST(FaceSurface, WithoutSamplesItStays) {
   Face face = FaceBefore(0.7);
-  EXPECT_EQ(MoveOntoSurface({}, 0.045, {}, &face), 0);
+  EXPECT_EQ(MoveOntoSurface({}, 0.045, &face), 0);
   EXPECT_EQ(face.offset_m, 0.7);
   EXPECT_EQ(face.normal, Vector2d::UnitY());
 }

@@ -83,7 +83,7 @@ Room SquareRoom() {
 TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
   Room room = SquareRoom();
   std::vector<BuildingPlane> planes;
-  AddFloorAndCeiling(BuildingInput(), {-1.2, 1.3, 1.3, {}}, {}, &room, &planes);
+  AddFloorAndCeiling(BuildingInput(), {-1.2, 1.3, 1.3, {}}, &room, &planes);
   ASSERT_EQ(planes.size(), 1u);
   EXPECT_EQ(planes[0].kind, PlaneKind::kFloor);
   EXPECT_TRUE(planes[0].inferred);
@@ -110,7 +110,7 @@ class DarkCeiling : public ::testing::Test {
     }
     Room room = SquareRoom();
     std::vector<BuildingPlane> planes;
-    AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, {}, &room, &planes);
+    AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, &room, &planes);
     return room.height_m;
   }
 

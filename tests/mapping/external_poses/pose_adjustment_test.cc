@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 #include <random>
 #include <utility>
 
@@ -215,10 +216,12 @@ class GivenPosesTest : public ::testing::Test {
 
 TEST_F(GivenPosesTest, TurnedViewsAreTurnedBackOnAnyNumberOfThreads) {
   const Views given = Turned();
-  options_.threads = 1;
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
   const auto adjusted = AdjustGivenViews(Given(given), room_, options_);
-  options_.threads = 3;
+  cv::setNumThreads(3);
   const auto on_three = AdjustGivenViews(Given(given), room_, options_);
+  cv::setNumThreads(threads);
   ASSERT_TRUE(adjusted && on_three);
   EXPECT_GT(adjusted->figures.given_off_px, 1);
   EXPECT_LT(adjusted->figures.off_px, 0.3);

@@ -57,7 +57,7 @@ TrackedLine At(double y_m, double from_m, double to_m, double sigma_m, int views
 }
 
 TEST(LineMerging, TakesOneEdgeTogether) {
-  const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0.008, 0.9, 2, 0.005)}, {});
+  const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0.008, 0.9, 2, 0.005)});
   ASSERT_EQ(merged.size(), 1u);
   ASSERT_EQ(merged[0].intervals.size(), 1u);
   EXPECT_NEAR(merged[0].intervals[0].to_m - merged[0].intervals[0].from_m, 2, 1e-6);
@@ -72,7 +72,7 @@ TEST(LineMerging, ComparesInTheDirectionOfWhatEdgesAreApart) {
       const Eigen::Vector2d depth = line.fit.across.transpose() * Eigen::Vector3d::UnitY();
       line.fit.covariance.topLeftCorner<2, 2>() += 64e-6 * depth * depth.transpose();
     }
-    return MergeLines(two, {}).size();
+    return MergeLines(two).size();
   };
   EXPECT_EQ(lines({0, 0.02, 0}), 1u);
   EXPECT_EQ(lines({0, 0, 0.02}), 2u);
@@ -81,7 +81,7 @@ TEST(LineMerging, ComparesInTheDirectionOfWhatEdgesAreApart) {
 TEST(LineMerging, DoesNotChain) {
   // Each fits its neighbour, the first and the last do not fit each other.
   const auto merged =
-      MergeLines({At(0, 0, 1, 0.006), At(0.02, 0, 1, 0.006, 9), At(0.04, 0, 1, 0.006, 8)}, {});
+      MergeLines({At(0, 0, 1, 0.006), At(0.02, 0, 1, 0.006, 9), At(0.04, 0, 1, 0.006, 8)});
   EXPECT_EQ(merged.size(), 2u);
 }
 
@@ -100,7 +100,7 @@ TEST(LineMerging, PlacesOfTheOtherAreTakenWhereTheLineHasNone) {
   other.line = {{1, 0.008, 0}, -Eigen::Vector3d::UnitX()};
   line.places = {PlaceAt(0, 0, 0.25)};
   other.places = {PlaceAt(0, 0.8, 1), PlaceAt(0, 0.2, 0.4), PlaceAt(3, 0.8, 1)};
-  const auto merged = MergeLines({line, other}, {});
+  const auto merged = MergeLines({line, other});
   ASSERT_EQ(merged.size(), 1u);
   ASSERT_EQ(merged[0].places.size(), 3u);
   EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-7);
@@ -122,7 +122,7 @@ TEST(LineMerging, OfTwoEdgesSeenFromAfarOneKeepsItsPlaces) {
     AddPlaces(samples, {.px = {{0, 0}, {100, 0}}}, 0, 0, 0.06, &line.places);
     return line;
   };
-  const auto merged = MergeLines({with_places(0, 0.05, 10), with_places(0.008, 0.09, 5)}, {});
+  const auto merged = MergeLines({with_places(0, 0.05, 10), with_places(0.008, 0.09, 5)});
   ASSERT_EQ(merged.size(), 1u);
   EXPECT_EQ(merged[0].places.size(), 10u);
 }
@@ -134,7 +134,7 @@ TEST(LineMerging, KnowsALineBestWhereItsErrorsMeet) {
   line.fit.covariance.topRightCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
   line.fit.covariance.bottomLeftCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
   const auto merges = [&](double y_m, double from_m, double to_m) {
-    return MergeLines({line, At(y_m, from_m, to_m, 0.001, 1)}, {}).size() == 1;
+    return MergeLines({line, At(y_m, from_m, to_m, 0.001, 1)}).size() == 1;
   };
   EXPECT_TRUE(merges(0.017, 0.4, 0.5));     // met at 0.45: a sigma of 6.4 mm
   EXPECT_FALSE(merges(0.009, -0.6, -0.5));  // met at -0.25: 0.9 mm

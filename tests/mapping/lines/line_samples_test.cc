@@ -77,19 +77,19 @@ ViewCameras OneView() {
 const Eigen::Vector2d kMiddle_px(239.5, 159.5);
 
 TEST(VisibilityDepths, ASurfaceHidesWhatIsBehindIt) {
-  const VisibilityDepths sights(DenseScreen(), 0.04, OneView());
-  EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px, 3));
-  EXPECT_TRUE(sights.Hides(0, 1, kMiddle_px, 3));
-  EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 2.05)) << "a line on it";
-  EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 1));
+  const VisibilityDepths depths(DenseScreen(), 0.04, OneView());
+  EXPECT_TRUE(depths.Hides(0, 0, kMiddle_px, 3));
+  EXPECT_TRUE(depths.Hides(0, 1, kMiddle_px, 3));
+  EXPECT_FALSE(depths.Hides(0, 0, kMiddle_px, 2.05)) << "a line on it";
+  EXPECT_FALSE(depths.Hides(0, 0, kMiddle_px, 1));
 }
 
 TEST(VisibilityDepths, WhatIsBesideItIsNotHidden) {
-  const VisibilityDepths sights(DenseScreen(), 0.04, OneView());
+  const VisibilityDepths depths(DenseScreen(), 0.04, OneView());
   // Its border is 75 px from the middle.
-  EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(60, 0), 3));
-  EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(90, 0), 3));
-  EXPECT_FALSE(sights.Hides(0, 0, {-5, 20}, 3)) << "outside the image";
+  EXPECT_TRUE(depths.Hides(0, 0, kMiddle_px + Eigen::Vector2d(60, 0), 3));
+  EXPECT_FALSE(depths.Hides(0, 0, kMiddle_px + Eigen::Vector2d(90, 0), 3));
+  EXPECT_FALSE(depths.Hides(0, 0, {-5, 20}, 3)) << "outside the image";
 }
 
 TEST(VisibilityDepths, BacksAndUnknownSurfacesHideNothing) {
@@ -98,9 +98,9 @@ TEST(VisibilityDepths, BacksAndUnknownSurfacesHideNothing) {
 }
 
 TEST(VisibilityDepths, OnceProgressSaysSoNothingIsHidden) {
-  const VisibilityDepths sights(DenseScreen(), 0.04, OneView(),
+  const VisibilityDepths depths(DenseScreen(), 0.04, OneView(),
                                 Progress([](double) { return false; }));
-  EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 3));
+  EXPECT_FALSE(depths.Hides(0, 0, kMiddle_px, 3));
 }
 
 }  // namespace

@@ -289,7 +289,7 @@ TEST(MergedRuns, AreAList) {
 TEST(MergedRuns, AreWhole) {
   const testing::TempFolder temp;
   const std::string folder = temp.Path("map");
-  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
   const int64_t first_ns = map.trajectory.front().stamp_ns;
   const int64_t last_ns = map.trajectory.back().stamp_ns;
   map.source.run_id = "a";

@@ -43,51 +43,51 @@ LineSupport MeasureSupport(int piece, double from_x_px, double to_x_px) {
   return {3, piece, kStamp_ns, 0, {Vector2d(from_x_px, 340), Vector2d(to_x_px, 340)}};
 }
 
-TEST(LineSights, EndOnTheLineThatIsSeen) {
+TEST(LineRays, EndOnTheLineThatIsSeen) {
   MapResult map = MapOfOneLine();
   map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
-  const std::vector<ViewRays> sights = CollectLineRays(map);
-  ASSERT_THAT(sights, SizeIs(1));
-  EXPECT_EQ(sights[0].p_world_camera, Vector3d::Zero());
-  EXPECT_GE(sights[0].p_world.size(), 4u);
-  ASSERT_EQ(sights[0].p_world.size(), sights[0].sigma_m.size());
-  for (size_t i = 0; i < sights[0].p_world.size(); ++i) {
-    const Eigen::Vector3f& p = sights[0].p_world[i];
+  const std::vector<ViewRays> rays = CollectLineRays(map);
+  ASSERT_THAT(rays, SizeIs(1));
+  EXPECT_EQ(rays[0].p_world_camera, Vector3d::Zero());
+  EXPECT_GE(rays[0].p_world.size(), 4u);
+  ASSERT_EQ(rays[0].p_world.size(), rays[0].sigma_m.size());
+  for (size_t i = 0; i < rays[0].p_world.size(); ++i) {
+    const Eigen::Vector3f& p = rays[0].p_world[i];
     EXPECT_NEAR(p.y(), 0.5, 1e-6);
     EXPECT_NEAR(p.z(), 2, 1e-6);
     EXPECT_GE(p.x(), -1);
     EXPECT_LE(p.x(), 0);
-    EXPECT_GE(sights[0].sigma_m[i], 0.01);
+    EXPECT_GE(rays[0].sigma_m[i], 0.01);
   }
 }
 
-TEST(LineSights, PixelsBeyondThePieceTellNothing) {
+TEST(LineRays, PixelsBeyondThePieceTellNothing) {
   MapResult map = MapOfOneLine();
   map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
-  const std::vector<ViewRays> sights = CollectLineRays(map);
-  ASSERT_THAT(sights, SizeIs(1));
-  EXPECT_TRUE(sights[0].p_world.empty());
+  const std::vector<ViewRays> rays = CollectLineRays(map);
+  ASSERT_THAT(rays, SizeIs(1));
+  EXPECT_TRUE(rays[0].p_world.empty());
 }
 
-TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
+TEST(LineRays, AreOfEachImageAndOfThePieceThatItShows) {
   MapResult map = MapOfOneLine();
   LineSupport right = MeasureSupport(1, 400, 500);
   right.camera = 1;
   map.line_evidence.supports = {MeasureSupport(0, 120, 320), right};
-  const std::vector<ViewRays> sights = CollectLineRays(map);
-  ASSERT_THAT(sights, SizeIs(2));
-  EXPECT_EQ(sights[1].p_world_camera, Vector3d(0.1, 0, 0));
-  for (const Eigen::Vector3f& p : sights[1].p_world) EXPECT_GE(p.x(), 0.4f);
+  const std::vector<ViewRays> rays = CollectLineRays(map);
+  ASSERT_THAT(rays, SizeIs(2));
+  EXPECT_EQ(rays[1].p_world_camera, Vector3d(0.1, 0, 0));
+  for (const Eigen::Vector3f& p : rays[1].p_world) EXPECT_GE(p.x(), 0.4f);
 }
 
-TEST(LineSights, MarksAreSeenToo) {
+TEST(LineRays, MarksAreSeenToo) {
   MapResult map = MapOfOneLine();
   std::swap(map.lines, map.marks);
   map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
   EXPECT_THAT(CollectLineRays(map), SizeIs(1));
 }
 
-TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
+TEST(LineRays, WhatHasNoPoseOrNoLineTellsNothing) {
   MapResult map = MapOfOneLine();
   LineSupport unknown = MeasureSupport(0, 120, 320);
   unknown.line_id = 99;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "data/core/rigid_transform.h"
+#include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
 
 namespace slcmap {
@@ -320,6 +321,20 @@ TEST(BuildingWorld, EverythingIsTurnedAlike) {
     EXPECT_NEAR(direction.dot(line.covariance_m2 * direction), 0, 1e-12) << line.id;
     EXPECT_NEAR(line.covariance_m2.trace(), 1e-4, 1e-12) << line.id;
   }
+}
+
+TEST(BuildingWorld, IsThatOfAMap) {
+  const OdometryRun run = TwoWings();
+  MappingOptions options;
+  options.adjustment.enabled = false;
+  const MapResult map = BuildMap({.run = run, .sparse = true}, options);
+  EXPECT_NEAR(LogRotation(map.source.T_world_run.rotation).z(), 30 * kDegree, 1e-12);
+  EXPECT_TRUE(map.verdict.has_value());
+  ASSERT_EQ(map.keyframes.size(), run.keyframes.size());
+  EXPECT_LT((map.keyframes.back().T_world_imu.translation -
+             map.source.T_world_run * run.keyframes.back().T_world_imu.translation)
+                .norm(),
+            1e-12);
 }
 
 TEST(BuildingWorld, AWithdrawnHeadingIsNone) {

@@ -46,7 +46,7 @@ TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
   ASSERT_EQ(planes.size(), 2);
   for (const BoundedPlane& plane : planes) {
     EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
-    EXPECT_EQ(plane.reach_m, PlaneOptions{}.room_reach_m);
+    EXPECT_EQ(plane.reach_m, 4);
   }
   EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
 }
@@ -151,7 +151,7 @@ bool Holds(const BoundedPlane& plane, double x, double y) {
 // A storey with a room of 2 by 2 m, and rays from its middle through the door that it has to x = 6.
 struct StoreyScene {
   Building building;
-  std::vector<ViewRays> sights;
+  std::vector<ViewRays> rays;
 
   StoreyScene() {
     building.storeys = {{0, 0.0, 2.5}};
@@ -164,13 +164,13 @@ struct StoreyScene {
       view.p_world.emplace_back(6, 1 + 0.05F * static_cast<float>(i), 1.2F);
       view.sigma_m.push_back(0.02F);
     }
-    sights.assign(5, view);
+    rays.assign(5, view);
   }
 };
 
 TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
   const StoreyScene scene;
-  const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.sights, {});
+  const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.rays, {});
   ASSERT_EQ(planes.size(), 2u);
   for (const BoundedPlane& plane : planes) {
     EXPECT_TRUE(Holds(plane, 4, 1));
@@ -180,7 +180,7 @@ TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
     EXPECT_FALSE(Holds(plane, 4, 1.9)) << "no ray went there";
     EXPECT_FALSE(Holds(plane, 5.97, 1)) << "the rays' ends are something";
     EXPECT_FALSE(plane.is_measured);
-    EXPECT_EQ(plane.reach_m, PlaneOptions{}.storey_reach_m);
+    EXPECT_EQ(plane.reach_m, 1.5);
   }
   EXPECT_NEAR(planes[0].grid.At(0, 0).z(), 0, 1e-12);
   EXPECT_NEAR(planes[1].grid.At(0, 0).z(), 2.5, 1e-12);
@@ -191,9 +191,9 @@ TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
 TEST(StoreyPlanes, AreOfWhatWasSeenOfAStorey) {
   StoreyScene scene;
   scene.building.storeys[0].ceiling_m.reset();
-  EXPECT_EQ(StoreyPlanes(scene.building, scene.sights, {}).size(), 1u);
+  EXPECT_EQ(StoreyPlanes(scene.building, scene.rays, {}).size(), 1u);
   scene.building.storeys[0].floor_m = 3;
-  EXPECT_TRUE(StoreyPlanes(scene.building, scene.sights, {}).empty());
+  EXPECT_TRUE(StoreyPlanes(scene.building, scene.rays, {}).empty());
   EXPECT_TRUE(StoreyPlanes(scene.building, {}, {}).empty());
 }
 

@@ -134,8 +134,7 @@ TEST(Junctions, AreOfSomeLength) {
 
 TEST(Junctions, OptionsAreChecked) {
   JunctionOptions options;
-  options.corner_m = 0.4;
-  options.reach_m = 0.2;
+  options.reach_m = 0;
   EXPECT_THROW(options.Check(), ConfigError);
 }
 

@@ -7,6 +7,8 @@
 namespace slcmap {
 namespace {
 
+const double kBeside_m = PlaneOptions().beside_m;
+
 void AddPatch(double from_x, double to_x, double z, uint8_t grey, std::vector<DensePoint>* cloud) {
   for (double x = from_x; x < to_x; x += 0.05) {
     for (double y = 1; y < 2; y += 0.05) {
@@ -20,7 +22,7 @@ TEST(MeasuredAround, TellsNothingBetweenTwoSurfaces) {
   AddPatch(1, 2, 0, 90, &cloud);
   AddPatch(2.2, 3, 0.08, 90, &cloud);
   const PlaneGrid grid = testing::FloorGrid();
-  const MeasuredAround around(grid, cloud, {}, {});
+  const MeasuredAround around(grid, cloud, {}, kBeside_m);
   EXPECT_FALSE(around.At(20.9, 15));
   ASSERT_TRUE(around.At(18, 15));
   EXPECT_NEAR(around.At(18, 15)->offset_m, 0, 1e-9);
@@ -40,8 +42,8 @@ TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOffOrFilled) {
   cloud.insert(cloud.end(), turned.begin(), turned.end());
   cloud.insert(cloud.end(), filled.begin(), filled.end());
   const PlaneGrid grid = testing::FloorGrid();
-  EXPECT_FALSE(MeasuredAround(grid, cloud, {}, {}).At(15, 15));
-  EXPECT_FALSE(MeasuredAround(grid, {}, {}, {}).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, cloud, {}, kBeside_m).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, kBeside_m).At(15, 15));
 }
 
 TEST(MeasuredAround, BlankPlaceIsOnThePlaneWhoseBorderIsSeen) {
@@ -53,16 +55,16 @@ TEST(MeasuredAround, BlankPlaceIsOnThePlaneWhoseBorderIsSeen) {
   inner.start_world = border.start_world + 0.4 * end_m * grid.v + 0.5 * grid.u;
   inner.end_world = border.end_world + 0.4 * end_m * grid.v - 0.5 * grid.u;
   const double column = middle_m / grid.cell_m, row = 0.5 * grid.rows;
-  EXPECT_FALSE(MeasuredAround(grid, {}, {}).OnPlane(column, row));
-  const auto surface = MeasuredAround(grid, {}, {border, inner}).OnPlane(column, row);
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, kBeside_m).OnPlane(column, row));
+  const auto surface = MeasuredAround(grid, {}, {border, inner}, kBeside_m).OnPlane(column, row);
   ASSERT_TRUE(surface);
   EXPECT_EQ(surface->offset_m, 0);
   EXPECT_NEAR(surface->nearest_m, 0.5 * end_m, 0.03);  // not the inner one, 0.1 of it away
-  EXPECT_FALSE(MeasuredAround(grid, {}, {inner}).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {inner}, kBeside_m).OnPlane(column, row));
   MapLine beyond = border;
   beyond.start_world -= grid.v;
   beyond.end_world -= grid.v;
-  EXPECT_FALSE(MeasuredAround(grid, {}, {beyond}).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {beyond}, kBeside_m).OnPlane(column, row));
 }
 
 TEST(MeasuredAround, BlankPlaceIsNotOnThePlaneBesideSomethingElseOrAPaneBehind) {
@@ -73,11 +75,11 @@ TEST(MeasuredAround, BlankPlaceIsNotOnThePlaneBesideSomethingElseOrAPaneBehind) 
   AddPatch(2.2, 2.3, -0.06, 90, &leaf);
   AddPatch(2.3, 2.6, -0.2, 90, &pane);
   const double column = 2.25 / grid.cell_m, row = 15;
-  EXPECT_TRUE(MeasuredAround(grid, wall, {}).OnPlane(column, row));
-  EXPECT_FALSE(MeasuredAround(grid, leaf, {}).OnPlane(column, row));
-  EXPECT_FALSE(MeasuredAround(grid, pane, {}).OnPlane(column, row));
+  EXPECT_TRUE(MeasuredAround(grid, wall, {}, kBeside_m).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, leaf, {}, kBeside_m).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, pane, {}, kBeside_m).OnPlane(column, row));
   // Nearer to the wall than to the pane.
-  EXPECT_TRUE(MeasuredAround(grid, pane, {}).OnPlane(2.1 / grid.cell_m, row));
+  EXPECT_TRUE(MeasuredAround(grid, pane, {}, kBeside_m).OnPlane(2.1 / grid.cell_m, row));
 }
 
 // The plane y = 2, 1 m square, seen from y = 0.
@@ -93,7 +95,7 @@ PlaneGrid WallGrid() {
 }
 
 int Passes(const Eigen::Vector3d& from, const Eigen::Vector3f& to, float sigma_m) {
-  const cv::Mat1i passes = CountPasses(WallGrid(), {{from, {to}, {sigma_m}}}, {});
+  const cv::Mat1i passes = CountPasses(WallGrid(), {{from, {to}, {sigma_m}}});
   int sum = 0;
   for (const int count : passes) sum += count;
   return sum;

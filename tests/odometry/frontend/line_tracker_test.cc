@@ -159,7 +159,7 @@ TEST_F(LineMatcherTest, RefusesOtherProfilesWhateverTheDescriptor) {
 TEST_F(LineMatcherTest, StereoRefusesNegativeDisparitiesOfSteepEdges) {
   const auto match = [&](const Eigen::Vector2d& shift) {
     const cv::Mat right = DrawBars(TestBars(), shift);
-    return MatchStereo(first_, right, segments_, Detect(right), LineMatcherOptions());
+    return MatchStereo(first_, right, segments_, Detect(right));
   };
   int found = 0;
   for (const auto& m : match({-15, 0})) found += m.has_value();

@@ -172,7 +172,6 @@ class SlopedLinesTest : public testing::LineScene {
   const Vector3d direction_ = SlopeDirection(slope_.data());
   const std::vector<Vector3d> axes_ = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
   LineLandmarkOptions options_;
-  SlopeOptions slope_options_;
   LineDeviations deviations_{BuildingDeviationOptions{}};
 };
 
@@ -192,7 +191,7 @@ TEST_F(SlopedLinesTest, ALineOfNoAxisIsFittedToItsObservations) {
 TEST_F(SlopedLinesTest, ALineFollowsTheNearestSlopeAndRunsUpIt) {
   AddSlope({slope_[0], slope_[1] + 0.02});
   AddSlope({slope_[0], slope_[1] + 0.002});
-  EXPECT_TRUE(FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_).empty());
+  EXPECT_TRUE(FollowSlopes(axes_, Fits(), deviations_, &window_).empty());
   EXPECT_TRUE(line().estimated);
   EXPECT_EQ(line().axis, LineAxis::kSloped);
   EXPECT_EQ(line().slope, &window_.slopes[1]);
@@ -206,7 +205,7 @@ TEST_F(SlopedLinesTest, ALineFollowsNoSlopeThatIsFarOffOrWithdrawn) {
   AddSlope({slope_[0], slope_[1] + 0.06});
   AddSlope(slope_);
   window_.slopes[1].withdrawn = true;
-  EXPECT_EQ(FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_).size(), 1u);
+  EXPECT_EQ(FollowSlopes(axes_, Fits(), deviations_, &window_).size(), 1u);
   EXPECT_EQ(line().axis, LineAxis::kNone);
 }
 
@@ -214,12 +213,12 @@ TEST_F(SlopedLinesTest, ALineThatMayFollowAnAxisFollowsNoSlope) {
   AddSlope(slope_);
   std::vector<Vector3d> axes = axes_;
   axes.push_back(SlopeDirection(SlopeBlock{slope_[0], slope_[1] + 0.03}.data()));
-  EXPECT_EQ(FollowSlopes(slope_options_, axes, Fits(), deviations_, &window_).size(), 1u);
+  EXPECT_EQ(FollowSlopes(axes, Fits(), deviations_, &window_).size(), 1u);
 }
 
 TEST_F(SlopedLinesTest, ALineOffItsSlopeIsGivenUp) {
   AddSlope({slope_[0], slope_[1] + 0.01});
-  FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_);
+  FollowSlopes(axes_, Fits(), deviations_, &window_);
   BuildingDeviationOptions options;
   options.max_sigmas = 0.011 / options.start_sigma_rad;
   EXPECT_TRUE(RejectLinesOffSlope(LineDeviations(options), &window_).empty());
@@ -231,15 +230,15 @@ TEST_F(SlopedLinesTest, ALineOffItsSlopeIsGivenUp) {
 
 TEST_F(SlopedLinesTest, ASlopeMostOfWhoseLinesWereGivenUpIsWithdrawnWithTheRest) {
   AddSlope(slope_);
-  FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_);
+  FollowSlopes(axes_, Fits(), deviations_, &window_);
   SlopeState& slope = window_.slopes[0];
-  slope.lines_given_up = slope_options_.min_given_up - 1;
-  EXPECT_TRUE(RejectSlopes(slope_options_, &window_).empty()) << "these are few";
-  slope.lines_given_up = slope_options_.min_given_up;
-  slope.lines_kept = slope_options_.min_given_up;
-  EXPECT_TRUE(RejectSlopes(slope_options_, &window_).empty()) << "as many follow it";
+  slope.lines_given_up = kMinGivenUpOfSlope - 1;
+  EXPECT_TRUE(RejectSlopes(&window_).empty()) << "these are few";
+  slope.lines_given_up = kMinGivenUpOfSlope;
+  slope.lines_kept = kMinGivenUpOfSlope;
+  EXPECT_TRUE(RejectSlopes(&window_).empty()) << "as many follow it";
   slope.lines_kept = 0;
-  EXPECT_EQ(RejectSlopes(slope_options_, &window_).count(kLine), 1u);
+  EXPECT_EQ(RejectSlopes(&window_).count(kLine), 1u);
   EXPECT_TRUE(slope.withdrawn);
   EXPECT_TRUE(line().retired);
   EXPECT_EQ(CollectSlopes(window_).size(), 1u) << "or it would be found again at once";
