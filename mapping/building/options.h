@@ -11,8 +11,6 @@ inline constexpr double kBuildingSharedSigma_m = 0.003;
 // along which a wall's deviations from its plane are alike
 inline constexpr double kBuildingBendLength_m = 3;
 inline constexpr double kBuildingMinOpening_m = 0.4;  // width and height
-// rooms are parted at gaps of at most this width
-inline constexpr double kBuildingMaxDoorWidth_m = 1.3;
 
 struct BuildingOptions {
   // Faces.
@@ -24,6 +22,10 @@ struct BuildingOptions {
   // Walls.
   double min_thickness_m = 0.05, max_thickness_m = 0.75;  // between faces of one wall
   double assumed_thickness_m = 0.15;                      // of a wall with one face
+
+  // Rooms.
+  double max_door_width_m = 1.3;  // they are parted at gaps of at most this width
+  double min_room_m2 = 1;
 
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);

@@ -37,7 +37,6 @@ std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
 namespace {
 
 constexpr double kBorderCost_m = 0.25;  // of a border without a wall, as area of a cell by length
-constexpr double kMinRoom_m2 = 1.0;
 
 // A flow network with residual capacities, as Boost asks for it.
 using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
@@ -291,7 +290,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
       area_m2 += cells[i].area_m2;
       free_m2 += cells[i].area_m2 * cells[i].free;
     }
-    if (area_m2 < kMinRoom_m2 || free_m2 < kLeastFree * area_m2) continue;
+    if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
     const double bounded = BoundedShare(borders, cells, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;

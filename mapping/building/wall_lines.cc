@@ -82,8 +82,8 @@ void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, 
   const WallFace& wall = *line->wall;
   const double far_from_m = wall.face.from_m - FindExtension(walls, wall, false, options);
   const double far_to_m = wall.face.to_m + FindExtension(walls, wall, true, options);
-  const auto before_m = FirstWall(walls, wall, false, kBuildingMaxDoorWidth_m, IsCoveredNear);
-  const auto after_m = FirstWall(walls, wall, true, kBuildingMaxDoorWidth_m, IsCoveredNear);
+  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m, IsCoveredNear);
+  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m, IsCoveredNear);
   const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
   const double to_m = wall.face.to_m + std::max(after_m.value_or(0), 0.0);
   std::vector<WallPart> parts;
@@ -120,7 +120,7 @@ std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
     WallLine line{&wall, SplitIntoParts(wall)};
     for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
       WallPart& part = line.parts[i];
-      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= kBuildingMaxDoorWidth_m;
+      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= options.max_door_width_m;
     }
     Extend(walls, options, &line);
     lines.push_back(line);

@@ -142,7 +142,7 @@ TEST(LineMerging, KnowsALineBestWhereItsErrorsMeet) {
 
 const MapLineOptions kOptions;
 const IntervalLimits kLimits{kOptions.min_views, kOptions.max_sigma_m, kOptions.max_spread_px,
-                             kOptions.intervals.min_length_m};
+                             0.1};  // metres
 const PointAndDirection kEdge{{0.2, 2, 0.1}, Eigen::Vector3d::UnitZ()};
 
 class LineStretches : public ::testing::Test {
