@@ -180,7 +180,7 @@ TEST_F(DxfWriterTest, CoordinatesSurviveAndPlanesAreFacesWithoutTheirOpeningsBes
        {"STARTS S1_X_EDGE 1000.1234 -1999.0123 3.5000", "POINT POINTS 1123.4568 -2000.0001 3.3000",
         "3DFACE S0_WALL_PLANE 8.1100",
         "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
-        "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
+        "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n",
         "POLYLINE TRAJECTORY 2 open\nPOLYLINE TRAJECTORY 2 open"}) {
     EXPECT_THAT(read, HasSubstr(rows));
   }
