@@ -1,4 +1,5 @@
-// A run and its map, which the program makes once for a suite: each test has them as they were made.
+// A run and its map, which the program makes once for a suite: each test has them as they were
+// made.
 #pragma once
 
 #include <filesystem>

@@ -169,11 +169,13 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
   const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
   const auto& score = json["cloud"]["scores"][0];
-  for (const char* key : {"rms_m", "filled_seen"})
-    EXPECT_TRUE(json["cloud"].at(key).is_null()) << key;
-  EXPECT_TRUE(score.at("accuracy").is_null());
-  for (const char* key : {"completeness", "f"})
-    EXPECT_TRUE(score["ranges"][0].at(key).is_null()) << key;
+  for (const char* key : {"rms_m", "filled_seen"}) {
+    EXPECT_EQ(json["cloud"].at(key).dump(), "null") << key;
+  }
+  EXPECT_EQ(score.at("accuracy").dump(), "null");
+  for (const char* key : {"completeness", "f"}) {
+    EXPECT_EQ(score["ranges"][0].at(key).dump(), "null") << key;
+  }
   for (const char* key : {"ends_occupied", "ends_occupied_nearby", "passages_known",
                           "passages_free", "behind_called_free"}) {
     EXPECT_EQ(json["occupancy"].at(key).dump(), "null") << key;

@@ -1,5 +1,3 @@
-#include "export/cad/cad_writers.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "export/cad/cad_writers.h"
 #include "export/cad/ifc_file.h"
 #include "tests/export/cad/ifc_rules.h"
 #include "tests/testing/hand_made_building.h"
