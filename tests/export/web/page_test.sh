@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs distance_test.mjs, and page_test.mjs and pictures_test.mjs on pages of a made room. Ends with 77 (skipped), saying what is missing,
-# where there is no Chromium, no node or no page.
+# Runs distance_test.mjs, and page_test.mjs and pictures_test.mjs on pages of a made room. Ends with
+# 77 (skipped), saying what is missing, where there is no Chromium, no node or no page.
 #
 #   page_test.sh BUILD WRITE_ROOM_PAGE
 set -euo pipefail
