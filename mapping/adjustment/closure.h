@@ -38,7 +38,7 @@ struct Agreement {
 // The shift that most votes fit, found from pairs of them (a fixed sequence of pairs, so that the
 // same votes give the same answer), and refined on those that fit. What the votes do not tell of a
 // shift is taken to be zero with the given standard deviations; shifts beyond three of them are
-// not looked at. Another shift is one that lies more than min_displacement away.
+// not looked at. Another shift is one that lies more than min_displacement_m away.
 Agreement FindAgreement(const std::vector<ShiftVote>& votes, const ShiftSigma& sigma,
                         double min_displacement_m);
 

@@ -37,7 +37,7 @@ struct StripMean {
 inline constexpr double kStrip_m = 0.2;
 
 // Of least squares over strips, no strip better than the bending of a wall lets it be; the
-// uncertainties count deviations as alike along options.bend_length_m. At least one strip.
+// uncertainties count deviations as alike along kBuildingBendLength_m. At least one strip.
 FaceFit FitStrips(const std::vector<StripMean>& strips);
 
 // Fits a line again to the samples near it: those within its gate, beside its strips, of its side.

@@ -10,7 +10,7 @@ namespace slcmap::inline mapping {
 // Brings a face to lie in the surface that its samples stand on or before. What is fixed to a wall,
 // as skirtings, frames and signs are, stands before it by up to some centimetres, nothing behind
 // it; and where plaster is blank, images show nothing else. So a sample is either on the surface,
-// or before it by anything up to options.max_proud_m or by what all trims of a wall stand before
+// or before it by anything up to 4 cm or by what all trims of a wall stand before
 // it, if points show that it has any, or stray; the offset is the mean of its posterior over these
 // (a mixture of a normal density, that of a uniform one with noise, another normal one, and a
 // uniform one) where trims stand out as far as is likeliest, the heading a least-squares fit to

@@ -25,7 +25,7 @@ struct WallLine {
   PlanPoints Chain() const;
 };
 
-// Lines extended at both ends beyond the first wall that goes across, or by options.extension_m.
+// Lines extended at both ends beyond the first wall that goes across, or by 30 m.
 std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
                                    const BuildingOptions& options);
 

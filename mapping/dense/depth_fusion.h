@@ -18,8 +18,8 @@ struct PlacedGrid {
   const DepthGrid* grid = nullptr;
 };
 
-// The nodes of `view` that at least min_views views (itself, and others more than min_baseline_m
-// from it and from each other) agree with, within agree_sigmas standard deviations, and fewer
+// The nodes of `view` that at least three views (itself, and others more than 0.1 m
+// from it and from each other) agree with, within two standard deviations, and fewer
 // contradict: those that see further at its place. The others become unknown.
 DepthGrid ConfirmedDepth(const PlacedGrid& view, const std::vector<PlacedGrid>& others,
                          const Camera& camera, const DenseOptions& options);

@@ -74,7 +74,7 @@ class ViewWindow {
 };
 
 // The images that a segment of a view is looked for in: its own right one, and both of up to
-// max_views others, those with different baselines first.
+// seven others, those with different baselines first.
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
                                      const ViewCameras& cameras);
 

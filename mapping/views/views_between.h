@@ -20,7 +20,7 @@ struct ViewSpacingOptions {
   bool between_keyframes = true;  // else keyframes alone
   double min_travel_m = 0.15;     // from the view before and to the next keyframe, or
   double min_turn_rad = 0.2;      // as much as that
-  // Of views that look from one place the same way, to alike_m and alike_rad, so many are enough:
+  // Of views that look from one place the same way, to 0.3 m and 0.35 rad, so many are enough:
   // long recordings pass where they have been again and again.
   int max_alike = 12;
 };

@@ -18,7 +18,7 @@ struct ManhattanOptions {
   // all, along one axis but on all sides of the camera, as in a corridor. Where none is known yet
   // one axis will do wherever it is seen, as of a colonnade, if its lines are the greater part for
   // long, not only below the camera, and no other heading comes near it.
-  int min_images = 10;              // in which it has min_image_share
+  int min_images = 10;              // in which it has 40 % of the voting length
   int min_images_below = 25;        // where its lines are nearly all below the camera, as those
                                     // of things that stand about are
   double min_mean_length_px = 500;  // of the segments for it, an image

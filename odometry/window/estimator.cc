@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 // Where a keyframe has fewer points than this share of PointTrackerOptions::max_points, they are
-// averaged over more keyframes: at least one in sparse_interval_s.
+// averaged over more keyframes: at least one in kSparseInterval_s.
 constexpr double kSparseShare = 0.7;
 constexpr double kSparseInterval_s = 0.25;
 constexpr double kStillParallax_px = 1.0;     // with the rotation: below it the rig does not move
