@@ -121,7 +121,7 @@ void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWrit
     return std::ranges::any_of(
         writers, [&](const auto& writer) { return formats.contains(writer->Format()); });
   };
-  const bool has_surroundings = !map.building.storeys.empty() || !map.dense.empty();
+  const bool has_surroundings = !map.building.storeys.empty() || CountDense(map) > 0;
   if (has_surroundings && map.building.walls.empty() && has({"svg", "pdf", "dxf"})) {
     spdlog::warn("plans: no wall was found in this map, plans show none");
   }
@@ -292,9 +292,11 @@ void TurnContent(const RigidTransform& T, MapResult* map) {
     for (StampedPose& pose : *poses) pose.T_world_imu = T * pose.T_world_imu;
   }
   for (MapPoint& point : map->points) TurnPoint(T, &point.p_world);
-  for (DensePoint& point : map->dense) {
-    TurnPoint(T, &point.p_world);
-    point.normal_world = T.rotation * point.normal_world;
+  for (std::vector<DensePoint>* points : {&map->dense, &map->filled}) {
+    for (DensePoint& point : *points) {
+      TurnPoint(T, &point.p_world);
+      point.normal_world = T.rotation * point.normal_world;
+    }
   }
   TurnLines(T, map);
   TurnBuilding(T, &map->building);
@@ -347,8 +349,8 @@ OccupancyMap TurnedOccupancy(const OccupancyMap& occupancy, const RigidTransform
 MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
-               points, point_observations, dense, lines, marks, line_evidence, pipes, building,
-               occupancy] = map;
+               points, point_observations, dense, filled, lines, marks, line_evidence, pipes,
+               building, occupancy] = map;
   return {id,
           source,
           method,
@@ -366,6 +368,7 @@ MapResult CopyMap(const MapResult& map) {
           points,
           point_observations,
           dense,
+          filled,
           lines,
           marks,
           line_evidence,

@@ -140,7 +140,7 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
 
 // A map of nothing is whole, but hardly what was wanted.
 void ReportEmptyMap(MapResult* map) {
-  if (map->dense.empty()) ++map->warnings["no_dense_points"];
+  if (CountDense(*map) == 0) ++map->warnings["no_dense_points"];
   if (map->lines.empty()) ++map->warnings["no_lines"];
 }
 
@@ -245,17 +245,16 @@ void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> camer
   progress.ReportOrStop(kBuilt);
   SnapToPlanes(map->building, options.planes, &map->dense);
   if (options.planes.fill) {
-    const std::vector<DensePoint> filled =
-        FillPlanes({map->dense, map->lines, map->building, input.rays, std::move(cameras),
-                    options.dense.voxel_m},
-                   options.planes, progress.Part(kBuilt, kFilled));
+    std::vector<DensePoint> filled = FillPlanes({map->dense, map->lines, map->building, input.rays,
+                                                 std::move(cameras), options.dense.voxel_m},
+                                                options.planes, progress.Part(kBuilt, kFilled));
     progress.ReportOrStop(kFilled);
-    AddFilledPoints(filled, options.planes.cell_m, map);
+    AddFilledPoints(std::move(filled), options.planes.cell_m, map);
   }
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
-               map->dense.size());
+               CountDense(*map));
 }
 
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.

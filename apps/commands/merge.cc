@@ -63,7 +63,7 @@ void Merge(const MergeArguments& arguments) {
   }
   WriteMapFolder(&output, merged);
   spdlog::info("wrote {}: {} poses, {} dense points, {} lines, {} rooms of {} runs", output.path(),
-               merged.trajectory.size(), merged.dense.size(), merged.lines.size(),
+               merged.trajectory.size(), CountDense(merged), merged.lines.size(),
                merged.building.rooms.size(), merged.source.merged.size());
 }
 

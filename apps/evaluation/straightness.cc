@@ -354,9 +354,7 @@ MapStraightness MeasureMapStraightness(const Building& building,
                                        const StraightnessOptions& options,
                                        const Progress& progress) {
   std::vector<Vector3d> points;
-  for (const DensePoint& point : cloud) {
-    if (point.source == DenseSource::kStereo) points.push_back(point.p_world);
-  }
+  for (const DensePoint& point : cloud) points.push_back(point.p_world);
   FlatnessOptions flatness = options.flatness;
   flatness.radius_m = kDenseRadius_m;
   return {MeasureFlatness(points, flatness, progress),

@@ -375,7 +375,6 @@ class WallRegion {
   }
 
   bool Holds(const DensePoint& point) const {
-    if (point.source != DenseSource::kStereo) return false;
     const double off_m = plane_.normal.dot(point.p_world) - plane_.offset_m;
     return std::abs(off_m) <= kMapWallMaxDistance_m &&
            plane_.normal.dot(point.normal_world) >= least_cosine_ &&

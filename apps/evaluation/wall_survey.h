@@ -92,8 +92,8 @@ std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, doubl
 
 // The walls of a map, to be surveyed from its cloud: from points that nothing laid on a plane.
 
-// The points of stereo depth that lie over each plane of a wall, within the extents of its outline.
-// Of filled planes there are none: they lie on the plane by construction. Walls have the numbers
+// The points of the cloud, as stereo measured it, that lie over each plane of a wall, within the
+// extents of its outline. Walls have the numbers
 // that plans, the page and IFC give them, and may have several faces; planes of none have -1.
 std::vector<SurveyedPoints> WallsOfMap(const Building& building,
                                        const std::vector<DensePoint>& cloud);

@@ -56,7 +56,7 @@ void MapRecording(const std::string& folder, const std::string& map_folder,
   formats.formats = {"dxf", "ply", "glb"};
   slcmap::ExportMap(map, export_folder, formats);
   std::printf("%zu poses, %zu lines, %zu dense points, %zu rooms\n", map.trajectory.size(),
-              map.lines.size(), map.dense.size(), map.building.rooms.size());
+              map.lines.size(), CountDense(map), map.building.rooms.size());
 }
 
 }  // namespace

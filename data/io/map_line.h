@@ -44,6 +44,9 @@ struct MapLine {
   LineKind kind = LineKind::kUnknown;
 };
 
+// Of a map's line: it was derived from planes of the building, not seen.
+inline bool IsJunction(const MapLine& line) { return line.observations == 0; }
+
 // Red, green and blue: X is red, Y green, vertical blue, none amber, sloped violet. Recent lines
 // are bright, old ones dark.
 std::array<uint8_t, 3> LineColour(LineAxis axis, bool recent);

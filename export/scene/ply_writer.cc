@@ -89,9 +89,9 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
                                             const Progress& progress) const {
   WritePcd(folder + "/points.pcd", map.points);
   progress.ReportOrStop(0.2);
-  WriteDensePcd(folder + "/dense.pcd", map.dense);
+  WriteDensePcd(folder + "/dense.pcd", map);
   progress.ReportOrStop(0.5);
-  WriteDensePly(folder + "/dense.ply", map.dense, Form(options_),
+  WriteDensePly(folder + "/dense.ply", map, Form(options_),
                 WorldOffsetNote(map.source.world_offset_m));
   progress.ReportOrStop(0.8);
   map.occupancy.Write(folder + "/occupancy.bt");

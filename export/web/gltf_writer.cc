@@ -297,12 +297,13 @@ class GltfLayers {
 
   // At most so many, one of every few.
   void AddDense(int64_t most) {
-    if (most <= 0 || map_.dense.empty()) return;
-    const int64_t every = (std::ssize(map_.dense) + most - 1) / most;
+    const auto count = static_cast<int64_t>(CountDense(map_));
+    if (most <= 0 || count == 0) return;
+    const int64_t every = (count + most - 1) / most;
     Vertices vertices;
-    for (std::size_t i = 0; i < map_.dense.size(); i += static_cast<std::size_t>(every)) {
-      const uint8_t grey = map_.dense[i].grey;
-      vertices.Add(map_.dense[i].p_world, {grey, grey, grey});
+    for (int64_t i = 0; i < count; i += every) {
+      const DensePoint& point = DenseAt(map_, static_cast<std::size_t>(i));
+      vertices.Add(point.p_world, {point.grey, point.grey, point.grey});
     }
     model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", MakeValue(every)}});
   }

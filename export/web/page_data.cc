@@ -49,25 +49,25 @@ Place MakePlace(const Eigen::Vector3d& p_m, std::size_t index) {
   return place;
 }
 
-std::vector<Place> SortedPlaces(const std::vector<DensePoint>& points,
-                                const Eigen::Vector3d& origin_world) {
+std::vector<Place> SortedPlaces(const MapResult& map, const Eigen::Vector3d& origin_world) {
   std::vector<Place> places;
-  places.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    places.push_back(MakePlace(points[i].p_world - origin_world, i));
+  places.reserve(CountDense(map));
+  for (std::size_t i = 0; i < CountDense(map); ++i) {
+    places.push_back(MakePlace(DenseAt(map, i).p_world - origin_world, i));
   }
   std::sort(places.begin(), places.end(),
             [](const Place& a, const Place& b) { return a.Key() < b.Key(); });
   return places;
 }
 
-void AddPoint(const Place& place, const DensePoint& point, PagePoints* page) {
+void AddPoint(const Place& place, const MapResult& map, PagePoints* page) {
+  const DensePoint& point = DenseAt(map, place.index);
   page->x.push_back(place.steps[0]);
   page->y.push_back(place.steps[1]);
   page->z.push_back(place.steps[2]);
   page->grey.push_back(point.grey);
   page->sigma.push_back(SigmaCode(point.sigma_m));
-  page->source.push_back(static_cast<uint8_t>(point.source));
+  page->source.push_back(IsFilled(map, place.index) ? 1 : 0);
 }
 
 Eigen::Vector3d ComputeCorner(const std::array<int64_t, 3>& chunk) {
@@ -84,10 +84,10 @@ uint8_t SigmaCode(double sigma_m) {
   return static_cast<uint8_t>(std::lround(std::min(code, 255.0)));
 }
 
-PagePoints ChunkPoints(const std::vector<DensePoint>& points, const Eigen::Vector3d& origin_world,
+PagePoints ChunkPoints(const MapResult& map, const Eigen::Vector3d& origin_world,
                        const Progress& progress) {
   progress.ReportOrStop(0);
-  const std::vector<Place> places = SortedPlaces(points, origin_world);
+  const std::vector<Place> places = SortedPlaces(map, origin_world);
   progress.ReportOrStop(0.8);
   PagePoints page;
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -95,7 +95,7 @@ PagePoints ChunkPoints(const std::vector<DensePoint>& points, const Eigen::Vecto
       page.chunks.push_back({ComputeCorner(places[i].chunk), i, 0});
     }
     ++page.chunks.back().count;
-    AddPoint(places[i], points[places[i].index], &page);
+    AddPoint(places[i], map, &page);
   }
   return page;
 }

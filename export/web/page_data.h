@@ -75,7 +75,7 @@ struct PagePoints {
 uint8_t SigmaCode(double sigma_m);
 
 // Throws StoppedError when progress says so.
-PagePoints ChunkPoints(const std::vector<DensePoint>& points, const Eigen::Vector3d& origin_world,
+PagePoints ChunkPoints(const MapResult& map, const Eigen::Vector3d& origin_world,
                        const Progress& progress = {});
 
 // Pictures of keyframes for a page.

@@ -126,7 +126,7 @@ void AddPoints(const MapResult& map, const Eigen::Vector3d& origin_world, PageAr
 // Returns the chunks.
 Json AddDense(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays,
               const Progress& progress) {
-  const PagePoints points = ChunkPoints(map.dense, origin_world, progress);
+  const PagePoints points = ChunkPoints(map, origin_world, progress);
   arrays->Add("dense_x", points.x);
   arrays->Add("dense_y", points.y);
   arrays->Add("dense_z", points.z);

@@ -294,7 +294,7 @@ UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& 
   RefuseSameRuns(CollectRuns(first), second);
   WarnOfSameRecording(SplitIntoParts(second), &first);
   for (MapResult* map : {&first, &second}) {
-    RemoveFilledPoints(map);
+    map->filled.clear();  // the occupancy keeps what they said
     RemoveJunctions(map);
     CheckMap(*map);
   }

@@ -45,7 +45,7 @@ SideVoxel FindVoxel(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, dou
 
 struct SurfaceSum {
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double weight = 0, grey = 0, filled = 0, best_sigma_m = 1e9;
+  double weight = 0, grey = 0, best_sigma_m = 1e9;
 
   void Add(const DensePoint& point) {
     const double sigma_m = std::max(point.sigma_m, kLeastSigma_m), w = 1 / (sigma_m * sigma_m);
@@ -53,7 +53,6 @@ struct SurfaceSum {
     normal += w * point.normal_world;
     weight += w;
     grey += w * point.grey;
-    filled += point.source == DenseSource::kFilledPlane ? w : 0;
     best_sigma_m = std::min(best_sigma_m, point.sigma_m);
   }
 
@@ -61,8 +60,7 @@ struct SurfaceSum {
   DensePoint Mean() const {
     const double sigma_m = std::max(std::sqrt(1 / weight), best_sigma_m / std::sqrt(2.0));
     return {p / weight, normal.normalized(), std::min(sigma_m, best_sigma_m),
-            static_cast<uint8_t>(std::lround(grey / weight)),
-            filled > 0.5 * weight ? DenseSource::kFilledPlane : DenseSource::kStereo};
+            static_cast<uint8_t>(std::lround(grey / weight))};
   }
 };
 

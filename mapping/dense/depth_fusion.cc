@@ -289,8 +289,8 @@ std::vector<DensePoint> DepthFusion::Points() const {
   std::vector<DensePoint> points;
   const SurfelIndex flat_index(flat);
   for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m, options_.threads)) {
-    points.push_back({surfel.p, surfel.normal, surfel.sigma_m,
-                      static_cast<uint8_t>(std::lround(surfel.grey)), DenseSource::kStereo});
+    points.push_back(
+        {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey))});
   }
   return points;
 }

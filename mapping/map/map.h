@@ -44,15 +44,12 @@ struct ExternalPoseFigures {
   double moved_m = 0, turned_rad = 0;  // of each on top of that: root mean square over the views
 };
 
-// Files hold these numbers.
-enum class DenseSource { kStereo = 0, kFilledPlane = 1 };
-
+// A point of a surface.
 struct DensePoint {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();        // metres
   Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();  // towards the cameras that saw it
   double sigma_m = 0;                                       // along the normal
   uint8_t grey = 0;
-  DenseSource source = DenseSource::kStereo;
 };
 
 // What a map knows of its lines besides what MapLine says: how well each is known along its
@@ -184,14 +181,22 @@ struct MapResult {
   Trajectory keyframes;
   std::vector<MapPoint> points;
   std::vector<MapPointObservation> point_observations;  // by point, track, stamp and camera
-  std::vector<DensePoint> dense;  // none of a map that was made without images
-  std::vector<MapLine> lines;     // but marks
-  std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
-  LineEvidence line_evidence;     // for lines and marks
-  std::vector<MapPipe> pipes;     // their outlines are not among the lines
-  Building building;              // empty of a map that was made without images
+  std::vector<DensePoint> dense;   // measured by stereo; none of a map that was made without images
+  std::vector<DensePoint> filled;  // derived: on planes of the building, where nothing was measured
+  std::vector<MapLine> lines;      // but marks; and junctions, which are derived (IsJunction)
+  std::vector<MapLine> marks;      // lines that are on surfaces, and no edges of them
+  LineEvidence line_evidence;      // for lines and marks
+  std::vector<MapPipe> pipes;      // their outlines are not among the lines
+  Building building;               // empty of a map that was made without images
   OccupancyMap occupancy{0.1};
 };
+
+// The points of surfaces as files have them: those that were measured, then those that were filled.
+inline std::size_t CountDense(const MapResult& map) { return map.dense.size() + map.filled.size(); }
+inline bool IsFilled(const MapResult& map, std::size_t index) { return index >= map.dense.size(); }
+inline const DensePoint& DenseAt(const MapResult& map, std::size_t index) {
+  return IsFilled(map, index) ? map.filled[index - map.dense.size()] : map.dense[index];
+}
 
 // Of the rig's body, in world, for all keyframes and all images of the trajectory.
 inline std::unordered_map<int64_t, RigidTransform> PosesByStamp(const MapResult& map) {

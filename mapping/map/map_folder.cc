@@ -40,7 +40,7 @@ constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
   for (const MapLine& line : lines) {
-    if (line.observations > 0) observations.push_back(line.observations);
+    if (!IsJunction(line)) observations.push_back(line.observations);
   }
   return ComputeTrackLengths(std::move(observations)).median_keyframes;
 }
@@ -90,7 +90,7 @@ std::vector<std::pair<const char*, std::size_t>> CountContents(const MapResult& 
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
           {"point_observations", map.point_observations.size()},
-          {"dense_points", map.dense.size()},
+          {"dense_points", CountDense(map)},
           {"lines", map.lines.size()},
           {"marks", map.marks.size()},
           {"line_covariances", map.line_evidence.covariances.size()},
@@ -276,8 +276,8 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
   WritePointObservations(path + kPointObservationFile, map.point_observations);
-  WriteDensePly(path + kDense, map.dense);
-  WriteDensePcd(path + kDenseCloud, map.dense);
+  WriteDensePly(path + kDense, map);
+  WriteDensePcd(path + kDenseCloud, map);
   WriteMapLines(path + kLines, map.lines);
   WriteMapLines(path + kMarks, map.marks);
   WriteLineEvidence(folder->staging(), map.line_evidence);
@@ -310,7 +310,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   if (HasFile(folder, summary, kPointObservationFile)) {
     map.point_observations = ReadPointObservations(path + kPointObservationFile, map);
   }
-  map.dense = ReadDensePly(path + kDense);
+  ReadDensePly(path + kDense, &map);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   CheckLinesOfPoints(path + kPoints, map);

@@ -13,7 +13,7 @@
 #include "odometry/run/run_rows.h"
 
 namespace slcmap::inline mapping {
-void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points, PlyForm form,
+void WriteDensePly(const std::string& path, const MapResult& map, PlyForm form,
                    const std::string& comment) {
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m"}) {
@@ -22,12 +22,13 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
   // Viewers colour a cloud by red, green and blue alone.
   for (const char* name : {"red", "green", "blue", "grey"}) vertices.Add(name, PlyType::kUint8);
   vertices.Add("source", PlyType::kInt32);
-  vertices.Reserve(points.size());
-  for (const DensePoint& point : points) {
+  vertices.Reserve(CountDense(map));
+  for (std::size_t i = 0; i < CountDense(map); ++i) {
+    const DensePoint& point = DenseAt(map, i);
     const Eigen::Vector3d &p = point.p_world, &n = point.normal_world;
     const double grey = point.grey;
     vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m, grey, grey, grey,
-                        grey, static_cast<double>(point.source)});
+                        grey, IsFilled(map, i) ? 1.0 : 0.0});
   }
   PlyFile file{{"slcmap dense points, metres in the world frame"}, {}, {}};
   if (!comment.empty()) file.comments.push_back(comment);
@@ -35,7 +36,7 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
   WritePly(path, file, form);
 }
 
-std::vector<DensePoint> ReadDensePly(const std::string& path) {
+void ReadDensePly(const std::string& path, MapResult* map) {
   const PlyFile file = ReadPly(path);
   const PlyElement& vertices = file.Get("vertex", path);
   const auto bounded = [&](const char* name, double least, double most) {
@@ -49,31 +50,30 @@ std::vector<DensePoint> ReadDensePly(const std::string& path) {
                             nz = bounded("nz", -1, 1);
   const std::vector<double> sigma_m = bounded("sigma_m", 0, kMaxSigma_m);
   const std::vector<double> grey = bounded("grey", 0, 255), source = bounded("source", 0, 1);
-  std::vector<DensePoint> points(vertices.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i] = {{x[i], y[i], z[i]},
-                 {nx[i], ny[i], nz[i]},
-                 sigma_m[i],
-                 static_cast<uint8_t>(grey[i]),
-                 source[i] == 1 ? DenseSource::kFilledPlane : DenseSource::kStereo};
+  map->dense.clear();
+  map->filled.clear();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    (source[i] == 1 ? map->filled : map->dense)
+        .push_back(
+            {{x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, sigma_m[i], static_cast<uint8_t>(grey[i])});
   }
-  return points;
 }
 
-void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& points) {
+void WriteDensePcd(const std::string& path, const MapResult& map) {
   std::string bytes = fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
       "FIELDS x y z normal_x normal_y normal_z intensity sigma_m source\n"
       "SIZE 4 4 4 4 4 4 4 4 4\nTYPE F F F F F F F F I\nCOUNT 1 1 1 1 1 1 1 1 1\n"
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
-      points.size());
+      CountDense(map));
   FileWriter file(path);
-  for (const DensePoint& point : points) {
+  for (std::size_t i = 0; i < CountDense(map); ++i) {
+    const DensePoint& point = DenseAt(map, i);
     for (const double value : point.p_world) AppendBytes(static_cast<float>(value), &bytes);
     for (const double value : point.normal_world) AppendBytes(static_cast<float>(value), &bytes);
     AppendBytes(static_cast<float>(point.grey), &bytes);
     AppendBytes(static_cast<float>(point.sigma_m), &bytes);
-    AppendBytes(static_cast<int32_t>(point.source), &bytes);
+    AppendBytes<int32_t>(IsFilled(map, i) ? 1 : 0, &bytes);
     file.Add(bytes);
     bytes.clear();
   }

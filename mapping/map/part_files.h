@@ -12,16 +12,16 @@
 namespace slcmap::inline mapping {
 
 // A PLY file: `x y z nx ny nz sigma_m` (float), `red green blue grey` (uchar, all four the grey of
-// the image) and `source` (int: 0 stereo, 1 filled plane), with a comment where there is one.
-// Throws OutputError.
-void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points,
-                   PlyForm form = PlyForm::kBinary, const std::string& comment = "");
+// the image) and `source` (int: 0 stereo, 1 filled plane), with a comment where there is one. The
+// map's measured points, then those that were filled. Throws OutputError.
+void WriteDensePly(const std::string& path, const MapResult& map, PlyForm form = PlyForm::kBinary,
+                   const std::string& comment = "");
 
-// Reads what WriteDensePly wrote. Throws DataError naming file and row.
-std::vector<DensePoint> ReadDensePly(const std::string& path);
+// Reads what WriteDensePly wrote of a map. Throws DataError naming file and row.
+void ReadDensePly(const std::string& path, MapResult* map);
 
 // The same as a PCD file, with `normal_x normal_y normal_z` and `intensity` as PCL names them.
-void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& points);
+void WriteDensePcd(const std::string& path, const MapResult& map);
 
 inline constexpr char kPipeFile[] = "pipes.json";
 

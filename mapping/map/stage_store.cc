@@ -96,8 +96,7 @@ Json DensePointsJson(const std::vector<DensePoint>& points) {
   for (const DensePoint& point : points) {
     Append(point.p_world, &numbers);
     Append(point.normal_world, &numbers);
-    numbers.insert(numbers.end(), {point.sigma_m, static_cast<double>(point.grey),
-                                   static_cast<double>(point.source)});
+    numbers.insert(numbers.end(), {point.sigma_m, static_cast<double>(point.grey)});
   }
   return Packed(numbers);
 }
@@ -110,7 +109,6 @@ std::vector<DensePoint> ParseDensePoints(const Json& json) {
     point.normal_world = reader.TakeMatrix<Eigen::Vector3d>();
     point.sigma_m = reader.Take();
     point.grey = reader.TakeAs<uint8_t>();
-    point.source = static_cast<DenseSource>(reader.TakeAs<int>());
   }
   return points;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "mapping/dense/dense_map.h"
 #include "mapping/map/point_index.h"
@@ -234,15 +235,10 @@ void SnapToPlanes(const Building& building, const PlaneOptions& options,
   dense->resize(kept);
 }
 
-void AddFilledPoints(const std::vector<DensePoint>& filled, double spacing_m, MapResult* map) {
+void AddFilledPoints(std::vector<DensePoint> filled, double spacing_m, MapResult* map) {
   MarkSurfaces(filled, spacing_m, &map->occupancy);
   map->occupancy.Finish();
-  map->dense.insert(map->dense.end(), filled.begin(), filled.end());
-}
-
-void RemoveFilledPoints(MapResult* map) {
-  std::erase_if(map->dense,
-                [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
+  map->filled = std::move(filled);
 }
 
 }  // namespace slcmap::mapping

@@ -92,10 +92,7 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
 void SnapToPlanes(const Building& building, const PlaneOptions& options,
                   std::vector<DensePoint>* dense);
 
-// Into the dense cloud and, as patches of surfaces spacing_m wide, into the occupancy.
-void AddFilledPoints(const std::vector<DensePoint>& filled, double spacing_m, MapResult* map);
-
-// From the dense cloud. The occupancy keeps what they said.
-void RemoveFilledPoints(MapResult* map);
+// To the map and, as patches of surfaces spacing_m wide, into its occupancy.
+void AddFilledPoints(std::vector<DensePoint> filled, double spacing_m, MapResult* map);
 
 }  // namespace slcmap::mapping

@@ -356,8 +356,6 @@ int SegmentOfMost(const std::vector<MapLine>& lines) {
   return FindLongest(length_m, 0);
 }
 
-bool IsJunction(const MapLine& line) { return line.observations == 0; }
-
 }  // namespace
 
 std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
@@ -386,8 +384,10 @@ void AddJunctions(const JunctionOptions& options, const Progress& progress, MapR
   const std::vector<MapLine> shown = map->lines;
   const int segment = SegmentOfMost(shown);
   int64_t id = NextId(*map);
+  std::vector<DensePoint> cloud = map->dense;
+  cloud.insert(cloud.end(), map->filled.begin(), map->filled.end());
   for (const JunctionEdge& edge :
-       FindJunctionEdges(map->building, map->dense, map->lines, options, progress)) {
+       FindJunctionEdges(map->building, cloud, map->lines, options, progress)) {
     const LineCovariance covariance = ComputeCovariance(edge, id);
     MapLine line;
     line.id = id++;

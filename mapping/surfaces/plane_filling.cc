@@ -218,9 +218,8 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
       if (!surface) continue;
       const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
       if (index.HasNear(p, kMeasured_m) || !AnySees(&watches, p, grid.normal)) continue;
-      points.push_back({p, grid.normal, plane.sigma_m,
-                        static_cast<uint8_t>(std::lround(surface->grey)),
-                        DenseSource::kFilledPlane});
+      points.push_back(
+          {p, grid.normal, plane.sigma_m, static_cast<uint8_t>(std::lround(surface->grey))});
     }
   }
   return points;

@@ -31,7 +31,7 @@ struct MeasuredBuilding {
   double voxel_m;                     // that a point of the cloud stands for
 };
 
-// Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was
+// Points, a cell of walls, floors and ceilings each: where nothing was
 // measured, the points around are on one surface or the plane itself is well known, of a wall no
 // line parts it from what is around, a camera looks there past all that was measured or is filled,
 // and no ray goes through. Inferred walls are not filled. Beyond rooms, floors and ceilings are

@@ -143,9 +143,7 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
   Places off_plane, behind;
   for (size_t i = 0; i < cloud.size(); ++i) {
     const DensePoint& point = cloud[i];
-    if (point.source != DenseSource::kStereo || point.normal_world.dot(grid.normal) < kMinFacing) {
-      continue;
-    }
+    if (point.normal_world.dot(grid.normal) < kMinFacing) continue;
     const double before_m = grid.DistanceTo(point.p_world), offset_m = std::abs(before_m);
     if (before_m < -kLeastBehind_m && before_m > -kMostBehind_m) {
       behind.push_back(Along(grid, point.p_world));

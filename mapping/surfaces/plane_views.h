@@ -52,8 +52,8 @@ struct SurfaceAround {
 
 class MeasuredAround {
  public:
-  // The points beside a plane that face as it does, and the lines at its border. Grid and cloud
-  // outlive it.
+  // The measured points beside a plane that face as it does, and the lines at its border. Grid and
+  // cloud outlive it.
   MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
                  const std::vector<MapLine>& lines, double beside_m);
 

@@ -77,12 +77,12 @@ class HeldOutPair {
   // Adds the errors (px) of the disparities that the nearest points of the map have where the pair
   // has one, positive where the pair looks through what the map has there; of those of filled
   // planes to filled_px.
-  void AddPoints(const std::vector<DensePoint>& points, std::vector<double>* errors_px,
+  void AddPoints(const MapResult& map, std::vector<double>* errors_px,
                  std::vector<double>* filled_px) const {
     std::vector<double> nearest(depth_.nodes.size(), 0);  // inverse depth
     std::vector<char> is_filled(depth_.nodes.size(), 0);
-    for (const DensePoint& point : points) {
-      const Vector3d p = T_camera_world_ * point.p_world;
+    for (std::size_t i = 0; i < CountDense(map); ++i) {
+      const Vector3d p = T_camera_world_ * DenseAt(map, i).p_world;
       if (p.z() < kMinDepth_m) continue;
       const Vector2d place = Pixel(p);
       const int column = static_cast<int>(place.x() / depth_.step_px);
@@ -91,7 +91,7 @@ class HeldOutPair {
       const int node = row * depth_.columns + column;
       if (1 / p.z() <= nearest[node]) continue;
       nearest[node] = 1 / p.z();
-      is_filled[node] = point.source == DenseSource::kFilledPlane;
+      is_filled[node] = IsFilled(map, i);
     }
     for (size_t i = 0; i < nearest.size(); ++i) {
       if (nearest[i] == 0 || !depth_.nodes[i].is_known()) continue;
@@ -185,12 +185,12 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   for (const size_t i : held_out) {
     const HeldOutPair pair(all.images->Read(i), *all.images, all.views[i].T_world_imu);
     for (const MapLine& line : map.lines) pair.AddLine(line, &line_px, &seen);
-    pair.AddPoints(map.dense, &point_px, &filled_px);
+    pair.AddPoints(map, &point_px, &filled_px);
   }
   if (line_px.empty() || point_px.empty())
     throw DataError("found nothing to compare: too few views");
   fmt::print("{} views, {} held out: {} lines, {} points\n", recorded.views.size(), held_out.size(),
-             map.lines.size(), map.dense.size());
+             map.lines.size(), CountDense(map));
   Print("lines", line_px);
   fmt::print("  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
              100.0 * static_cast<double>(line_px.size()) / std::max<int64_t>(seen, 1), seen);

@@ -20,7 +20,6 @@ MapResult MadeMap() {
     point.normal_world = Eigen::Vector3d(1, 2, 3).normalized();
     point.sigma_m = 0.1 / 3;
     point.grey = static_cast<uint8_t>(250 + i);
-    point.source = i == 2 ? DenseSource::kFilledPlane : DenseSource::kStereo;
     map.dense.push_back(point);
   }
   map.occupancy = OccupancyMap(0.1 / 3);
@@ -49,7 +48,6 @@ TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
     EXPECT_EQ(read->dense[i].normal_world, map.dense[i].normal_world);
     EXPECT_EQ(read->dense[i].sigma_m, map.dense[i].sigma_m);
     EXPECT_EQ(read->dense[i].grey, map.dense[i].grey);
-    EXPECT_EQ(read->dense[i].source, map.dense[i].source);
   }
   EXPECT_EQ(read->occupancy.resolution_m(), map.occupancy.resolution_m());
   EXPECT_EQ(read->occupancy.Nodes(), map.occupancy.Nodes());

@@ -157,7 +157,7 @@ TEST(WallSurvey, AbsurdOptionsAreRefused) {
   EXPECT_THROW(SurveyWalls({}, kUp, options), ConfigError);
 }
 
-TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
+TEST(MapWalls, OnlyPointsOfTheFaceAreSurveyed) {
   Building building;
   BuildingPlane plane;
   plane.kind = PlaneKind::kWall;
@@ -170,13 +170,10 @@ TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
   building.walls = {of_plan};
   std::vector<DensePoint> cloud;
   for (const PlacedInWorld& p : Wall(10, Arc(0.01, 10)).points) {
-    cloud.push_back({p.p_world, Vector3d::UnitY(), 0.002, 0, DenseSource::kStereo});
+    cloud.push_back({p.p_world, Vector3d::UnitY(), 0.002, 0});
   }
   const size_t on_wall = cloud.size();
   DensePoint other = cloud.front();
-  other.source = DenseSource::kFilledPlane;
-  cloud.push_back(other);
-  other = cloud.front();
   other.normal_world = -Vector3d::UnitY();  // of the room behind
   cloud.push_back(other);
   other = cloud.front();

@@ -217,10 +217,9 @@ TEST(MergeMaps, OneRecordingTwiceIsToldOf) {
 // Which are filled anew, by what both have measured.
 TEST(MergeMaps, FilledPointsAreNotTakenOver) {
   MapResult filled = East();
-  filled.dense.push_back({{0.5, 0.5, 40}, Vector3d::UnitZ(), 0.01, 100, DenseSource::kFilledPlane});
-  for (const DensePoint& point : Merge(West(), std::move(filled)).map.dense) {
-    ASSERT_LT(point.p_world.z(), 30);
-  }
+  filled.filled.push_back({{0.5, 0.5, 40}, Vector3d::UnitZ(), 0.01, 100});
+  const MapResult map = Merge(West(), std::move(filled)).map;
+  for (std::size_t i = 0; i < CountDense(map); ++i) ASSERT_LT(DenseAt(map, i).p_world.z(), 30);
 }
 
 // Of the building of both: where walls meet the ceiling no line is known, in neither map.
@@ -246,7 +245,7 @@ TEST(MergeMaps, JunctionsAreMadeAnew) {
   double at_ceiling_m = 0;
   for (const MapLine& line : map.lines) {
     ASSERT_LT(line.start_world.z(), 30);
-    if (line.observations > 0 || std::abs(line.start_world.z() - ceiling_m) > 0.03) continue;
+    if (!IsJunction(line) || std::abs(line.start_world.z() - ceiling_m) > 0.03) continue;
     at_ceiling_m += (line.end_world - line.start_world).norm();
   }
   EXPECT_GT(at_ceiling_m, 10);

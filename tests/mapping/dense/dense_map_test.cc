@@ -1,11 +1,14 @@
 // A room of known walls, from its images: what is mapped lies on them, and covers them.
 #include "mapping/dense/dense_map.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "data/core/error.h"
+#include "data/io/ply.h"
+#include "mapping/map/map.h"
 #include "mapping/map/part_files.h"
 #include "tests/mapping/dense/wall_depth.h"
 #include "tests/testing/room_views.h"
@@ -26,7 +29,7 @@ bool AreEqual(const std::vector<DensePoint>& a, const std::vector<DensePoint>& b
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const DensePoint& p, const DensePoint& q) {
                       return p.p_world == q.p_world && p.normal_world == q.normal_world &&
-                             p.sigma_m == q.sigma_m && p.grey == q.grey && p.source == q.source;
+                             p.sigma_m == q.sigma_m && p.grey == q.grey;
                     });
 }
 
@@ -78,19 +81,27 @@ TEST(DenseOptions, RefusesValuesOutOfTheirRange) {
 TEST(DenseFile, GivesBackWhatWasWritten) {
   const testing::TempFolder folder;
   const std::string path = folder.Path("dense.ply");
-  DensePoint filled{{1.5, -2.25, 0.5}, {0, 0, -1}, 0.0078125, 200, DenseSource::kFilledPlane};
-  DensePoint seen{{-3, 2, 1}, {1, 0, 0}, 0.015625, 7, DenseSource::kStereo};
-  WriteDensePly(path, {filled, seen});
-  EXPECT_TRUE(AreEqual(ReadDensePly(path), {filled, seen}));
+  MapResult map, read;
+  map.dense = {{{-3, 2, 1}, {1, 0, 0}, 0.015625, 7}};
+  map.filled = {{{1.5, -2.25, 0.5}, {0, 0, -1}, 0.0078125, 200}};
+  WriteDensePly(path, map);
+  EXPECT_THAT(ReadPly(path).Get("vertex", path).Get("source", path).values,
+              ::testing::ElementsAre(0, 1));
+  ReadDensePly(path, &read);
+  EXPECT_TRUE(AreEqual(read.dense, map.dense));
+  EXPECT_TRUE(AreEqual(read.filled, map.filled));
   WriteDensePly(path, {});
-  EXPECT_TRUE(ReadDensePly(path).empty());
+  ReadDensePly(path, &read);
+  EXPECT_EQ(CountDense(read), 0u);
 }
 
 // Viewers show a cloud in colour by these names alone.
 TEST(DenseFile, IsColouredByItsGrey) {
   const testing::TempFolder folder;
   const std::string path = folder.Path("dense.ply");
-  WriteDensePly(path, {{{1, 2, 3}, {0, 0, 1}, 0.01, 77, DenseSource::kStereo}});
+  MapResult map;
+  map.dense = {{{1, 2, 3}, {0, 0, 1}, 0.01, 77}};
+  WriteDensePly(path, map);
   const PlyElement vertices = ReadPly(path).Get("vertex", path);
   for (const char* name : {"red", "green", "blue", "grey"}) {
     EXPECT_EQ(vertices.Get(name, path).values.at(0), 77) << name;
@@ -100,10 +111,14 @@ TEST(DenseFile, IsColouredByItsGrey) {
 TEST(DenseFile, RefusesASourceThatIsNone) {
   const testing::TempFolder folder;
   const std::string path = folder.Path("dense.ply");
-  DensePoint point;
-  point.source = static_cast<DenseSource>(5);
-  WriteDensePly(path, {point});
-  EXPECT_THROW(ReadDensePly(path), DataError);
+  PlyElement vertices{"vertex", {}};
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m", "grey", "source"}) {
+    vertices.Add(name, PlyType::kFloat);
+  }
+  vertices.AppendRow({0, 0, 0, 0, 0, 1, 0.01, 77, 5});
+  WritePly(path, {{}, {vertices}, {}});
+  MapResult map;
+  EXPECT_THROW(ReadDensePly(path, &map), DataError);
 }
 
 // Space in front of a wall, at it and behind it.

@@ -57,7 +57,6 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
     squared += std::pow(point.p_world.x() - 2, 2);
     EXPECT_LT(point.normal_world.x(), -0.8);
     EXPECT_EQ(point.grey, 90);
-    EXPECT_EQ(point.source, DenseSource::kStereo);
   }
   EXPECT_LT(std::sqrt(squared / points.size()), 0.01);
 }

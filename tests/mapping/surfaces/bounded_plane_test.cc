@@ -89,7 +89,7 @@ TEST(PlaneBorders, AreNeitherMarksNorFarOffThePlane) {
 constexpr double kWallSigma_m = 0.005;
 
 DensePoint PointAt(const Vector3d& p, double sigma_m) {
-  return {p, -Vector3d::UnitY(), sigma_m, 100, DenseSource::kStereo};
+  return {p, -Vector3d::UnitY(), sigma_m, 100};
 }
 
 // Where the point is then.
@@ -199,24 +199,15 @@ TEST(StoreyPlanes, AreOfWhatWasSeenOfAStorey) {
 
 // What is filled is a surface as what is measured.
 
-DensePoint ComputePoint(const Eigen::Vector3d& p_world, DenseSource source) {
-  DensePoint point;
-  point.p_world = p_world;
-  point.source = source;
-  return point;
-}
-
 TEST(FilledPoints, AreOccupied) {
   MapResult map;
-  const Eigen::Vector3d measured(1, 1, 1.02), filled(2, 1, 1.02);
-  map.dense = {ComputePoint(measured, DenseSource::kStereo)};
-  AddFilledPoints({ComputePoint(filled, DenseSource::kFilledPlane)}, 0.05, &map);
-  EXPECT_EQ(map.dense.size(), 2u);
+  const Eigen::Vector3d filled(2, 1, 1.02);
+  AddFilledPoints({PointAt(filled, 0.01)}, 0.05, &map);
+  ASSERT_EQ(map.filled.size(), 1u);
+  EXPECT_EQ(map.filled[0].p_world, filled);
+  EXPECT_TRUE(map.dense.empty());
   EXPECT_TRUE(map.occupancy.IsOccupied(filled));
   EXPECT_FALSE(map.occupancy.IsOccupied(filled + Eigen::Vector3d(0, 0, 0.5)));
-  RemoveFilledPoints(&map);
-  ASSERT_EQ(map.dense.size(), 1u);
-  EXPECT_EQ(map.dense[0].p_world, measured);
 }
 
 }  // namespace

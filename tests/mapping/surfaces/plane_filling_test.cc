@@ -88,7 +88,6 @@ TEST(FillPlanes, FillsAHoleInAWall) {
   const std::vector<DensePoint> points = Scene().Fill();
   EXPECT_GT(Share(points, {-0.25, 0.25, 1.25, 1.75}), 0.95);
   for (const DensePoint& point : points) {
-    EXPECT_EQ(point.source, DenseSource::kFilledPlane);
     EXPECT_NEAR(point.p_world.y(), kWall_m, 1e-9);
     EXPECT_LT(point.normal_world.y(), -0.99);
     EXPECT_EQ(point.grey, 100);

@@ -30,17 +30,13 @@ TEST(MeasuredAround, TellsNothingBetweenTwoSurfaces) {
   EXPECT_NEAR(around.At(26, 15)->offset_m, 0.08, 1e-9);
 }
 
-TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOffOrFilled) {
+TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOff) {
   std::vector<DensePoint> cloud;
   AddPatch(1, 2, 0.3, 90, &cloud);
   std::vector<DensePoint> turned;
   AddPatch(1, 2, 0, 90, &turned);
   for (DensePoint& point : turned) point.normal_world = -point.normal_world;
-  std::vector<DensePoint> filled;
-  AddPatch(1, 2, 0, 90, &filled);
-  for (DensePoint& point : filled) point.source = DenseSource::kFilledPlane;
   cloud.insert(cloud.end(), turned.begin(), turned.end());
-  cloud.insert(cloud.end(), filled.begin(), filled.end());
   const PlaneGrid grid = testing::FloorGrid();
   EXPECT_FALSE(MeasuredAround(grid, cloud, {}, kBeside_m).At(15, 15));
   EXPECT_FALSE(MeasuredAround(grid, {}, {}, kBeside_m).At(15, 15));
