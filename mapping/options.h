@@ -4,12 +4,12 @@
 #include "data/io/yaml.h"
 #include "mapping/adjustment/options.h"
 #include "mapping/building/options.h"
-#include "mapping/external_poses/pose_matches.h"
+#include "mapping/external_poses/options.h"
 #include "mapping/lines/options.h"
 #include "mapping/map/options.h"
-#include "mapping/pipes/pipe_fit.h"
+#include "mapping/pipes/options.h"
 #include "mapping/surfaces/options.h"
-#include "mapping/views/stereo_depth.h"
+#include "mapping/views/options.h"
 
 namespace slcmap::inline mapping {
 

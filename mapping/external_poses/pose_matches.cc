@@ -1,5 +1,3 @@
-#include "mapping/external_poses/pose_matches.h"
-
 #include <algorithm>
 #include <optional>
 #include <ranges>
@@ -8,6 +6,7 @@
 #include "data/core/error.h"
 #include "data/core/parallel.h"
 #include "data/io/yaml.h"
+#include "mapping/external_poses/pose_adjustment.h"
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 

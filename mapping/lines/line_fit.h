@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mapping/lines/line_samples.h"
+#include "mapping/lines/options.h"
 #include "mapping/views/view.h"
 
 namespace slcmap::inline mapping {
@@ -43,21 +44,6 @@ struct DirectionPrior {
   Eigen::Vector3d axis_world;  // unit
   double sigma_rad = 0;
   bool is_across = false;
-};
-
-struct LineFitOptions {
-  // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
-  // that lie side by side run together: there it is larger by a power of how much farther it is.
-  // The nearest view of an interval counts as at most so many times farther than that of the line,
-  // which may be a glimpse of one end.
-  double sigma_px = 0.18, far_power = 2, most_times_farther = 1.5;
-  // Of a line, over which one view is the nearest, and the places of one image err alike.
-  double stretch_m = 0.25;
-  double pose_sigma_m = 0.002;  // of the views against each other
-  int views_that_count = 10;    // more views of one line share their errors
-  // Across a line, what all its views share: drift of the poses, and an edge that is not quite
-  // where images show it.
-  double shared_sigma_m = 0.003;
 };
 
 struct LineFit {

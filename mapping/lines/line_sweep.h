@@ -7,15 +7,12 @@
 #include <vector>
 
 #include "mapping/lines/line_samples.h"
+#include "mapping/lines/options.h"
 #include "mapping/map/parallel.h"
 #include "mapping/views/view.h"
 #include "odometry/frontend/options.h"
 
 namespace slcmap::inline mapping {
-
-struct LineSweepOptions {
-  double max_depth_m = 10;
-};
 
 // An image that a line may be seen in.
 struct SweepImage {

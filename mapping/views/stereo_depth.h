@@ -1,5 +1,5 @@
 // The depth of a view at the nodes of a grid over its rectified left image, first by semi-global
-// matching of the pair, its slopes, and the options of dense mapping.
+// matching of the pair, and its slopes.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 #include "data/core/camera.h"
 #include "data/core/types.h"
-#include "data/io/yaml.h"
+#include "mapping/views/options.h"
 
 namespace slcmap::inline mapping {
 
@@ -110,29 +110,6 @@ class SlopeFit {
   Eigen::Matrix3d normal_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right_ = Eigen::Vector3d::Zero();
   int count_ = 0;
-};
-
-// The options of dense mapping.
-
-struct DenseOptions {
-  int threads = 2;  // results are the same with any, so files do not hold it
-
-  // Views that are looked at: so far from the one before, or turned by as much.
-  double min_travel_m = 0.1;
-  double min_turn_rad = 0.1;
-
-  // Depth of one view.
-  double min_depth_m = 0.4;
-  double max_depth_m = 10;
-  int grid_px = 5;              // between the pixels of an image whose depth is estimated
-  double pair_sigma_px = 0.08;  // what the calibration lets the right image be off
-
-  // What is kept.
-  double voxel_m = 0.04;
-  double max_sigma_m = 0.1;  // of one view's depth
-
-  void Check() const;  // throws ConfigError
-  void Read(YamlSection section);
 };
 
 // Between the cameras of a stereo rig.

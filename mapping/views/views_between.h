@@ -10,20 +10,11 @@
 
 #include "data/core/types.h"
 #include "data/io/trajectory.h"
-#include "data/io/yaml.h"
+#include "mapping/views/options.h"
 #include "mapping/views/view.h"
 #include "odometry/run/run.h"
 
 namespace slcmap::inline mapping {
-
-struct ViewSpacingOptions {
-  bool between_keyframes = true;  // else keyframes alone
-  double min_travel_m = 0.15;     // from the view before and to the next keyframe, or
-  double min_turn_rad = 0.2;      // as much as that
-  // Of views that look from one place the same way, to 0.3 m and 0.35 rad, so many are enough:
-  // long recordings pass where they have been again and again.
-  int max_alike = 12;
-};
 
 // The frames (their indices) that are keyframes, by segment and stamp, and those between two
 // keyframes of a segment that are apart from the view before and from the next keyframe; without

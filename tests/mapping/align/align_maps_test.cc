@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "data/core/math.h"
 #include "mapping/align/surface_union.h"
 #include "tests/testing/scanned_map.h"
 

@@ -7,6 +7,7 @@
 
 #include "data/core/error.h"
 #include "mapping/mapping.h"
+#include "odometry/frontend/options.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 
