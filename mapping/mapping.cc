@@ -26,11 +26,13 @@
 #include "mapping/map/map.h"
 #include "mapping/map/rays.h"
 #include "mapping/map/refinement.h"
+#include "mapping/map/stage_store.h"
 #include "mapping/options.h"
 #include "mapping/pipes/pipes.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
 #include "mapping/surfaces/plane_filling.h"
+#include "mapping/views/recorded_views.h"
 #include "mapping/views/view.h"
 #include "mapping/views/view_matches.h"
 #include "odometry/geometry/pinhole.h"
@@ -282,7 +284,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
 }  // namespace
 
 MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
-                 const MappingOptions& options, const StageStore& store, const Progress& progress) {
+                 const MappingOptions& options, const StageStore* store, const Progress& progress) {
   options.Check();
   MapResult map;
   map.source.run_id = run.id;
@@ -317,7 +319,7 @@ MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
   map.points = RemoveOutliers(std::move(map.points), options.cloud,
                               watched.Part(kFusedUntil, kFilteredUntil));
   if (recorded) {
-    MapImages(run, *recorded, options, store, watched, &map);
+    MapImages(run, *recorded, options, store ? *store : StageStore(), watched, &map);
   } else {
     map.lines = SelectLines(run, options.run_lines);
     map.line_evidence = CollectEvidence(map.lines, run);
@@ -366,7 +368,8 @@ std::optional<ExternalPoseFigures> AdjustGiven(const ExternalPoseOptions& option
   }
   const auto images = KeyframeImages(run, input->recording, cache);
   const auto figures = AdjustExternalPoses(*images, options, &run, progress);
-  const std::string fault = figures ? TooFarMoved(*figures, input->reading) : "";
+  const std::string fault =
+      figures ? TooFarMoved(*figures, input->off_by_pairs_rad, input->off_by_pairs_m) : "";
   if (!fault.empty()) {
     ++run.warnings[kPosesDisagree];
     spdlog::warn("{}: {}; expected the poses of this recording", input->name, fault);
@@ -417,7 +420,10 @@ MapInput ReadInputAtPoses(const std::string& sequence, const SequenceOptions& op
   MapInput input{.run = RunAtPoses(sequence, opened, given.trajectory), .name = poses};
   input.run.source->version = kVersion;
   if (!given.reading.change.empty()) ++input.run.warnings[kPosesDisagree];
-  input.reading = std::move(given.reading);
+  if (given.reading.is_judged) {
+    input.off_by_pairs_rad = given.reading.best.turn_rad;
+    input.off_by_pairs_m = given.reading.best.way_m;
+  }
   input.world_offset_m = given.world_offset_m;
   return input;
 }
@@ -437,7 +443,7 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(input, adjusted.run, cache);
   const StageStore store = recorded ? OpenStore(input, adjusted.run, options) : StageStore();
-  MapResult map = MapRun(adjusted.run, recorded ? &*recorded : nullptr, options, store,
+  MapResult map = MapRun(adjusted.run, recorded ? &*recorded : nullptr, options, &store,
                          progress.Part(kAdjustedUntil, 1));
   map.source.T_world_run = T_world_run;
   map.source.world_offset_m = input.world_offset_m;

@@ -3,26 +3,29 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 
 #include "data/core/progress.h"
-#include "data/io/pose_file.h"
+#include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 #include "mapping/align/align_maps.h"
-#include "mapping/external_poses/pose_reading.h"
 #include "mapping/map/map.h"
-#include "mapping/map/stage_store.h"
 #include "mapping/options.h"
-#include "mapping/views/recorded_views.h"
 #include "odometry/run/run.h"
 
 namespace slcmap::inline mapping {
+
+struct RecordedViews;
+class StageStore;
 
 // What a map is made of.
 struct MapInput {
   OdometryRun run;           // as odometry found it, or as ReadInputAtPoses has it
   std::string name = "run";  // of the run, or of the poses, in warnings
-  PoseReading reading = {};  // of poses by anyone
+  // How far pairs of images have poses by anyone off, by medians; infinity: nobody knows.
+  double off_by_pairs_rad = std::numeric_limits<double>::infinity();
+  double off_by_pairs_m = std::numeric_limits<double>::infinity();
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // added to them, as they were given
   std::string recording = {};  // where it has moved to; "": it is where the run says
   bool sparse = false;         // from the run alone, without its recording's images
@@ -47,7 +50,7 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
 // The part of it behind the adjustment, for tests and benchmarks: the run is mapped as it is, with
 // the views' images where there are some.
 MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
-                 const MappingOptions& options, const StageStore& store = {},
+                 const MappingOptions& options, const StageStore* store = nullptr,
                  const Progress& progress = {});
 
 struct MergedMaps {

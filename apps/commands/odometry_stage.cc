@@ -3,7 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -17,6 +20,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "data/io/trajectory.h"
 #include "data/source/asl_source.h"
 #include "data/source/sequence_source.h"
 #include "data/version.h"
@@ -44,6 +48,31 @@ ConfiguredOptions ReadOptions(const OdometryArguments& arguments) {
   options.odometry.Check();
   return options;
 }
+
+// A TUM file that grows row by row, so that an interrupted run leaves what it has. Throws
+// OutputError, as on a full disk.
+class TrajectoryStream {
+ public:
+  explicit TrajectoryStream(const std::string& path)
+      : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+    if (!file_) throw OutputError(path_ + ": cannot be opened: " + std::strerror(errno));
+    Write(kTumHeader);
+  }
+
+  // The row is in the file when the call returns.
+  void Add(const StampedPose& pose) { Write(TumRow(pose)); }
+
+ private:
+  void Write(const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size() ||
+        std::fflush(file_.get()) != 0) {
+      throw OutputError(path_ + ": cannot be written: " + std::strerror(errno));
+    }
+  }
+
+  std::string path_;
+  FileHandle file_;
+};
 
 // The length of the path along the states, within segments.
 class PathLength {

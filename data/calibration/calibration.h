@@ -9,13 +9,6 @@
 
 namespace slcmap::inline data {
 
-// A rig of one camera has no width in its second.
-inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
-
-// What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
-// numbers negated are, for the check to tell which axes are wrong.
-enum class Mirrored { kRefused, kNegated };
-
 struct Calibration {
   Rig rig;
   std::string source;         // the files and the transforms read from them, for the user to see

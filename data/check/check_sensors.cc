@@ -13,6 +13,7 @@
 #include "data/core/math.h"
 #include "data/core/types.h"
 #include "data/io/image.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 namespace {

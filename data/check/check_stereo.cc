@@ -12,6 +12,7 @@
 #include "data/check/row_alignment.h"
 #include "data/check/view_geometry.h"
 #include "data/core/math.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 namespace {

@@ -27,22 +27,6 @@ struct CheckFinding {
   std::string remedy;
 };
 
-// A value of the calibration in whose place another was found, to start odometry from.
-struct CheckCorrection {
-  std::string name;            // one of those below
-  std::vector<double> values;  // as the name says
-  std::string words;
-};
-
-// {camera_time_offset_s} of the rig.
-inline constexpr const char* kTimeOffsetCorrection = "camera_time_offset_s";
-// {x, y, z}: the right camera's rotation is that of the calibration times Exp(x, y, z).
-inline constexpr const char* kRightTurnCorrection = "right_camera_turn_rad";
-// {left, right}: focal lengths of the cameras are those of the calibration times 1 + these. Only
-// their difference is seen; either camera may be the one that is off, so half of it is given to
-// each.
-inline constexpr const char* kFocalCorrection = "focal_lengths";
-
 // Whether rows were made to fit by turning the right camera: then they say nothing of the turns
 // that they do not show.
 bool TurnRight(const std::vector<CheckCorrection>& corrections);

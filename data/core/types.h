@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "data/core/camera.h"
 #include "data/core/rigid_transform.h"
@@ -46,6 +48,24 @@ struct ImuCorrection {
   Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();
 };
 
+// Fifteen numbers that are 0 of an IMU that reads as was given. An ideal IMU would read A a and G w
+// where it reads a (force) and w (turn rate):
+//
+//       | 1 + s_x                    |        | 1 + g_x    m_xy     m_xz   |
+//   A = |  m_yx    1 + s_y           |    G = |  m_yx     1 + g_y   m_yz   |
+//       |  m_zx     m_zy    1 + s_z  |        |  m_zx      m_zy    1 + g_z |
+//
+// so that the IMU's frame has the accelerometer's x axis, and its y axis in the plane of x and y,
+// as Kalibr's scale-misalignment model has it; the gyroscope may be turned in it.
+inline constexpr int kImuErrorsSize = 15;
+enum ImuErrorRow {
+  kErrorAccelScale = 0,  // s_x, s_y, s_z
+  kErrorAccelAxes = 3,   // m_yx, m_zx, m_zy
+  kErrorGyroScale = 6,   // g_x, g_y, g_z
+  kErrorGyroAxes = 9     // m_xy, m_xz, m_yx, m_yz, m_zx, m_zy
+};
+using ImuErrors = Eigen::Matrix<double, kImuErrorsSize, 1>;
+
 // A calibrated rig. Index 0 is the left camera.
 struct Rig {
   std::array<Camera, 2> cameras;
@@ -57,6 +77,30 @@ struct Rig {
   std::array<cv::Mat, 2> masks;
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
 };
+
+// A rig of one camera has no width in its second.
+inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+
+// What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
+// numbers negated are, for the check to tell which axes are wrong.
+enum class Mirrored { kRefused, kNegated };
+
+// A value of the calibration in whose place the check of a recording found another, to start
+// odometry from.
+struct CheckCorrection {
+  std::string name;            // one of those below
+  std::vector<double> values;  // as the name says
+  std::string words;
+};
+
+// {camera_time_offset_s} of the rig.
+inline constexpr const char* kTimeOffsetCorrection = "camera_time_offset_s";
+// {x, y, z}: the right camera's rotation is that of the calibration times Exp(x, y, z).
+inline constexpr const char* kRightTurnCorrection = "right_camera_turn_rad";
+// {left, right}: focal lengths of the cameras are those of the calibration times 1 + these. Only
+// their difference is seen; either camera may be the one that is off, so half of it is given to
+// each.
+inline constexpr const char* kFocalCorrection = "focal_lengths";
 
 // What a line runs along: an axis of a Manhattan world, nothing that is known, or a slope that it
 // shares with others. Files hold these numbers.

@@ -8,7 +8,6 @@
 
 #include "data/core/rigid_transform.h"
 #include "data/core/types.h"
-#include "data/io/file.h"
 
 namespace slcmap::inline data {
 
@@ -35,22 +34,6 @@ inline constexpr const char* kTumHeader = "# stamp_s x_m y_m z_m qx qy qz qw\n";
 // Writes the header and TUM rows with stamps of nine decimals. Throws OutputError when the file
 // can't be written.
 void WriteTumTrajectory(const std::string& path, const Trajectory& trajectory);
-
-// A TUM file that grows row by row, so that an interrupted run leaves what it has.
-class TrajectoryStream {
- public:
-  // Opens the file anew. Throws OutputError.
-  explicit TrajectoryStream(const std::string& path);
-
-  // Adds a row, which is in the file when the call returns. Throws OutputError, as on a full disk.
-  void Add(const StampedPose& pose);
-
- private:
-  void Write(const std::string& text);
-
-  std::string path_;
-  FileHandle file_;
-};
 
 // The pose at a stamp, interpolated between its neighbours; nothing outside the trajectory, or
 // where the neighbours are more than max_gap_s apart.

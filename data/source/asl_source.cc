@@ -8,6 +8,7 @@
 #include <ranges>
 #include <thread>
 
+#include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/image.h"

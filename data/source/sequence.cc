@@ -15,6 +15,7 @@
 #include "data/calibration/mask.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 namespace {

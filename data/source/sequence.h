@@ -9,10 +9,11 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 #include "data/io/image.h"
-#include "data/source/asl_files.h"
 #include "data/source/sequence_source.h"
 
 namespace slcmap::inline data {
+
+struct ImageFile;
 
 struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/core/types.h"
 #include "data/io/image.h"

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "data/check/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "mapping/adjustment/adjustment_problem.h"

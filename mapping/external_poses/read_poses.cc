@@ -156,21 +156,21 @@ ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
   return given;
 }
 
-std::string TooFarMoved(const ExternalPoseFigures& figures, const PoseReading& reading) {
+std::string TooFarMoved(const ExternalPoseFigures& figures, double off_by_pairs_rad,
+                        double off_by_pairs_m) {
   // What a tracker's own calibration is off, and what pairs of images leave open.
   constexpr double kMost_rad = 0.02, kMost_m = 0.05, kTimes = 3;
-  if (!reading.is_judged) return "";
   const double turned_rad = figures.body_turned_rad + figures.turned_rad,
                moved_m = figures.body_shifted_m + figures.moved_m;
-  if (turned_rad <= kMost_rad + kTimes * reading.best.turn_rad &&
-      moved_m <= kMost_m + kTimes * reading.best.way_m) {
+  if (turned_rad <= kMost_rad + kTimes * off_by_pairs_rad &&
+      moved_m <= kMost_m + kTimes * off_by_pairs_m) {
     return "";
   }
   return fmt::format(
       "poses were moved by {:.1f} degrees and {:.0f} mm, of which single pairs of images show "
       "{:.1f} degrees and {:.0f} mm",
-      kDegreesPerRadian * turned_rad, 1e3 * moved_m, kDegreesPerRadian * reading.best.turn_rad,
-      1e3 * reading.best.way_m);
+      kDegreesPerRadian * turned_rad, 1e3 * moved_m, kDegreesPerRadian * off_by_pairs_rad,
+      1e3 * off_by_pairs_m);
 }
 
 }  // namespace slcmap::mapping

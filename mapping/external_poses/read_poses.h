@@ -26,8 +26,9 @@ ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
                                 const Sequence& recording, bool refuses_unexplained,
                                 const Progress& progress = {});
 
-// What is wrong with how far an adjustment moved poses, by what images say of single pairs of them;
-// "" where nothing is, or nothing is known.
-std::string TooFarMoved(const ExternalPoseFigures& figures, const PoseReading& reading);
+// What is wrong with how far an adjustment moved poses, by how far single pairs of images have
+// them off; "" where nothing is, or that is not known and infinite.
+std::string TooFarMoved(const ExternalPoseFigures& figures, double off_by_pairs_rad,
+                        double off_by_pairs_m);
 
 }  // namespace slcmap::mapping

@@ -12,24 +12,6 @@
 
 namespace slcmap::inline odometry {
 
-// Fifteen numbers that are 0 of an IMU that reads as was given. An ideal IMU would read A a and G w
-// where it reads a (force) and w (turn rate):
-//
-//       | 1 + s_x                    |        | 1 + g_x    m_xy     m_xz   |
-//   A = |  m_yx    1 + s_y           |    G = |  m_yx     1 + g_y   m_yz   |
-//       |  m_zx     m_zy    1 + s_z  |        |  m_zx      m_zy    1 + g_z |
-//
-// so that the IMU's frame has the accelerometer's x axis, and its y axis in the plane of x and y,
-// as Kalibr's scale-misalignment model has it; the gyroscope may be turned in it.
-inline constexpr int kImuErrorsSize = 15;
-enum ImuErrorRow {
-  kErrorAccelScale = 0,  // s_x, s_y, s_z
-  kErrorAccelAxes = 3,   // m_yx, m_zx, m_zy
-  kErrorGyroScale = 6,   // g_x, g_y, g_z
-  kErrorGyroAxes = 9     // m_xy, m_xz, m_yx, m_yz, m_zx, m_zy
-};
-using ImuErrors = Eigen::Matrix<double, kImuErrorsSize, 1>;
-
 // Where an error stands: in the accelerometer's matrix or in the gyroscope's, row and column.
 struct ImuErrorPlace {
   bool is_accel;

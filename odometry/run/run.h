@@ -11,12 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "data/check/report.h"
 #include "data/core/types.h"
 #include "data/core/verdict.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence_source.h"
-#include "odometry/geometry/imu.h"
 
 namespace slcmap::inline odometry {
 
@@ -173,7 +171,7 @@ struct CalibrationEstimate {
   double focal_length = 0;  // by this share longer than given
   // cx and cy of the right camera, in px of its image as it was recorded, more than given.
   Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
-  // Of scale and axes of the IMU, after what was given; see odometry/geometry/imu.h.
+  // Of scale and axes of the IMU, after what was given; see data/core/types.h.
   ImuErrors imu_errors = ImuErrors::Zero();
   double time_offset_sigma_s = 0;
   Eigen::Vector3d imu_rotation_sigma_rad = Eigen::Vector3d::Zero();

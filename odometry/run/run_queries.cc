@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "data/calibration/calibration.h"
+#include "odometry/geometry/imu.h"
 #include "odometry/run/run_rows.h"
 
 namespace slcmap::inline odometry {

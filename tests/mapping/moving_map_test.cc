@@ -8,6 +8,7 @@
 #include "data/core/math.h"
 #include "data/simulator/motion.h"
 #include "mapping/mapping.h"
+#include "mapping/views/recorded_views.h"
 #include "odometry/odometry.h"
 #include "odometry/run/run.h"
 #include "tests/testing/box_room_renderer.h"

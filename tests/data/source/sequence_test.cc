@@ -8,6 +8,7 @@
 
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
+#include "data/source/asl_files.h"
 #include "data/source/asl_source.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
