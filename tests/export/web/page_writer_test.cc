@@ -103,22 +103,26 @@ TEST(PackForPage, PipesComeBackWithTheirRadius) {
 TEST(PackForPage, DensePointsComeBackToHalfAMillimetre) {
   MapResult map = MakeRoomMap({.lines = 12, .dense_points = 500});
   for (int i = 0; i < 100; ++i) {
-    map.dense.push_back({Vector3d(90.0 - i, 203.0 + i, 0.5), Vector3d::UnitZ(), 0.003, 77});
+    (i % 2 == 0 ? map.dense : map.filled)
+        .push_back({Vector3d(90.0 - i, 203.0 + i, 0.5), Vector3d::UnitZ(), 0.003, 77});
   }
   const Pack pack = PackOf(map);
   const auto x = pack.Get<uint16_t>("dense_x"), y = pack.Get<uint16_t>("dense_y"),
              z = pack.Get<uint16_t>("dense_z");
-  ASSERT_EQ(x.size(), map.dense.size());
+  const auto source = pack.Get<uint8_t>("dense_source");
+  ASSERT_EQ(x.size(), CountDense(map));
   const double step_m = pack.document.at("chunk_m").get<double>() / 65535;
-  std::vector<bool> found(map.dense.size());
+  std::vector<bool> found(CountDense(map));
   for (const nlohmann::json& chunk : pack.document.at("dense_chunks")) {
     const auto corner = chunk.at("corner").get<std::vector<double>>();
     const auto from = chunk.at("from").get<std::size_t>();
     for (std::size_t i = from; i < from + chunk.at("count").get<std::size_t>(); ++i) {
       const Vector3d p_world = GetOrigin(pack) + Vector3d(corner[0], corner[1], corner[2]) +
                                step_m * Vector3d(x[i], y[i], z[i]);
-      for (std::size_t k = 0; k < map.dense.size(); ++k) {
-        if ((map.dense[k].p_world - p_world).norm() < 0.5e-3) found[k] = true;
+      for (std::size_t k = 0; k < CountDense(map); ++k) {
+        if ((DenseAt(map, k).p_world - p_world).norm() >= 0.5e-3) continue;
+        found[k] = true;
+        EXPECT_EQ(source[i] == 1, IsFilled(map, k));
       }
     }
   }
