@@ -119,7 +119,7 @@ void MoveSupports(const Rig& from, const Rig& to, std::vector<LineSupport>* supp
   }
 }
 
-BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
+LinesOfMap CollectLines(const OdometryRun& run, const RecordedViews& recorded,
                         const std::vector<DensePoint>& dense, const MappingOptions& options,
                         const Progress& progress, std::map<std::string, int64_t>* warnings) {
   const MapLineOptions lines =
@@ -132,7 +132,7 @@ BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
                                              ? AxesOfViews(recorded.views, *recorded.images, lines,
                                                            progress.Part(kVisibleUntil, kAxes))
                                              : AxesOfRun(run, lines.min_axis_sigma_rad);
-  BuiltLines built = BuildLines(
+  LinesOfMap built = BuildLines(
       chosen.views, *chosen.images, axes,
       KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
       depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
@@ -216,7 +216,7 @@ void RunLineStage(const OdometryRun& run, const RecordedViews& recorded,
   std::optional<LineStage> stage = KeptStage(store, kLineStage, UnpackLines);
   if (!stage) {
     stage.emplace();
-    BuiltLines built = CollectLines(run, recorded, map->dense, options, progress, &stage->warnings);
+    LinesOfMap built = CollectLines(run, recorded, map->dense, options, progress, &stage->warnings);
     stage->lines = std::move(built.lines);
     stage->evidence = std::move(built.evidence);
     if (progress.Report(1) && IsWholeSoFar(recorded)) {

@@ -53,8 +53,6 @@ std::string MappingOptions::ToYaml() const {
   });
 }
 
-void MappingOptions::SetThreads(int threads) { dense.threads = threads; }
-
 void MappingOptions::Check() const {
   ForEachSection(*this, [](const char*, const auto& part) { part.Check(); });
 }

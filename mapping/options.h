@@ -44,8 +44,6 @@ struct MappingOptions {
   // All options as such a file.
   std::string ToYaml() const;
   void Check() const;
-  // Of all stages that have some.
-  void SetThreads(int threads);
 };
 
 }  // namespace slcmap::mapping

@@ -37,10 +37,10 @@ constexpr double kReferenceMade = 0.4, kTruthMeasured = 0.7;
 
 struct EvaluateArguments {
   EvaluationInputs inputs;
-  LineInputs lines;
+  ComparedFiles lines;
   SurfaceInputs surfaces;
-  BuildingInputs building;
-  PipeInputs pipes;
+  ComparedFiles building;
+  ComparedFiles pipes;
   std::string observations;  // a run folder
   std::string map;           // a map folder
   bool accept_changed = false;
@@ -58,7 +58,7 @@ struct LineComparison {
 
 // How well the cameras saw the edges, where the surfaces and the calibration lie beside them.
 void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
-  const std::filesystem::path beside(arguments.lines.true_edges);
+  const std::filesystem::path beside(arguments.lines.truth);
   const std::string surfaces = std::filesystem::path(beside).replace_filename("surfaces.ply");
   const std::string rig = std::filesystem::path(beside).replace_filename("rig.yaml");
   const std::string building = std::filesystem::path(beside).replace_filename("building.json");
@@ -84,14 +84,14 @@ std::optional<std::vector<MapLine>> MarksBeside(const std::string& lines) {
 }
 
 LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment& alignment) {
-  const LineInputs& inputs = arguments.lines;
+  const ComparedFiles& inputs = arguments.lines;
   LineComparison comparison;
   std::optional<std::vector<MapLine>> marks;
   {
     const EndsAtOnce nothing_is_written;
-    comparison.truth = ReadTrueEdges(inputs.true_edges);
-    comparison.lines = Aligned(alignment, ReadMapLines(inputs.lines));
-    marks = MarksBeside(inputs.lines);
+    comparison.truth = ReadTrueEdges(inputs.truth);
+    comparison.lines = Aligned(alignment, ReadMapLines(inputs.mapped));
+    marks = MarksBeside(inputs.mapped);
   }
   LookAtEdges(arguments, &comparison.truth);
   spdlog::debug("{} true edges, {} lines", comparison.truth.seen.size(), comparison.lines.size());
@@ -103,8 +103,7 @@ LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment&
                     &comparison.metrics);
     }
   } catch (const DataError& error) {
-    throw DataError(
-        fmt::format("{} against {}: {}", inputs.lines, inputs.true_edges, error.what()));
+    throw DataError(fmt::format("{} against {}: {}", inputs.mapped, inputs.truth, error.what()));
   }
   return comparison;
 }
@@ -134,10 +133,10 @@ Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& ali
 
 // Prints the table and draws the plan.
 Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment& alignment) {
-  const BuildingInputs& inputs = arguments.building;
+  const ComparedFiles& inputs = arguments.building;
   const EndsAtOnce nothing_is_written;
-  const TrueBuilding truth = ReadTrueBuilding(inputs.true_building);
-  const std::filesystem::path folder = std::filesystem::path(inputs.planes).parent_path();
+  const TrueBuilding truth = ReadTrueBuilding(inputs.truth);
+  const std::filesystem::path folder = std::filesystem::path(inputs.mapped).parent_path();
   const Building building =
       Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
   const BuildingMetrics metrics = EvaluateBuilding(truth, building);
@@ -151,10 +150,10 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
   return BuildingJson(inputs, metrics);
 }
 
-Json EvaluatePipeMap(const PipeInputs& inputs, const Alignment& alignment) {
+Json EvaluatePipeMap(const ComparedFiles& inputs, const Alignment& alignment) {
   const EndsAtOnce nothing_is_written;
-  const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
-  const PipeMetrics metrics = EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.pipes)));
+  const std::vector<TruePipe> truth = ReadTruePipes(inputs.truth);
+  const PipeMetrics metrics = EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.mapped)));
   std::fputs(("\n" + PipeTable(inputs, metrics)).c_str(), stdout);
   return PipeJson(inputs, metrics);
 }
@@ -195,7 +194,7 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const Trajectory truth_poses = ReadTruth(arguments.inputs);
   const Trajectory estimate = LoadEstimate(arguments.inputs, truth_poses).poses;
   KnownTruth truth{truth_poses, {}};
-  if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
+  if (!arguments.lines.truth.empty()) truth.edges = ReadTrueEdges(arguments.lines.truth);
   OdometryRun run = AtOnce([&] {
     return ReadRunFolder(arguments.observations, {.accept_changed = arguments.accept_changed});
   });
@@ -246,10 +245,10 @@ void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& m
 // Before anything is read.
 void CheckPaths(const EvaluateArguments& a) {
   const std::vector<std::string> inputs = {
-      a.inputs.truth,       a.inputs.estimate,        a.inputs.stamps,   a.lines.true_edges,
-      a.lines.lines,        a.surfaces.true_surfaces, a.surfaces.rig,    a.surfaces.cloud,
-      a.surfaces.occupancy, a.building.true_building, a.building.planes, a.pipes.true_pipes,
-      a.pipes.pipes};
+      a.inputs.truth,       a.inputs.estimate,        a.inputs.stamps,   a.lines.truth,
+      a.lines.mapped,       a.surfaces.true_surfaces, a.surfaces.rig,    a.surfaces.cloud,
+      a.surfaces.occupancy, a.building.truth,         a.building.mapped, a.pipes.truth,
+      a.pipes.mapped};
   RefuseAsResult("--json", a.json, inputs);
   RefuseAsResult("--plots", a.plots, inputs);
   if (!a.observations.empty()) ExpectFolder(a.observations, FolderKind::kRun);
@@ -272,17 +271,17 @@ void Evaluate(EvaluateArguments arguments) {
     return alignment;
   };
   try {
-    if (const std::string& lines = arguments.lines.lines; !lines.empty()) {
+    if (const std::string& lines = arguments.lines.mapped; !lines.empty()) {
       json["lines"] = EvaluateLineMap(arguments, aligned({lines}));
     }
     if (const SurfaceInputs& surfaces = arguments.surfaces; !surfaces.true_surfaces.empty()) {
       json["surfaces"] =
           EvaluateSurfaceMap(arguments, aligned({surfaces.cloud, surfaces.occupancy}));
     }
-    if (const std::string& planes = arguments.building.planes; !planes.empty()) {
+    if (const std::string& planes = arguments.building.mapped; !planes.empty()) {
       json["building"] = EvaluateMappedBuilding(arguments, aligned({planes}));
     }
-    if (const std::string& pipes = arguments.pipes.pipes; !pipes.empty()) {
+    if (const std::string& pipes = arguments.pipes.mapped; !pipes.empty()) {
       json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned({pipes}));
     }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
@@ -297,11 +296,11 @@ void Evaluate(EvaluateArguments arguments) {
   WriteResults(arguments, metrics, json);
 }
 
-void AddPipeOptions(CLI::App* command, PipeInputs* inputs) {
-  CLI::Option* truth = command->add_option("--true-pipes", inputs->true_pipes,
+void AddPipeOptions(CLI::App* command, ComparedFiles* inputs) {
+  CLI::Option* truth = command->add_option("--true-pipes", inputs->truth,
                                            "True pipes: truth/pipes.csv of a simulated sequence");
   CLI::Option* pipes =
-      command->add_option("--pipes", inputs->pipes, "Mapped pipes: pipes.json of a map");
+      command->add_option("--pipes", inputs->mapped, "Mapped pipes: pipes.json of a map");
   truth->needs(pipes);
   pipes->needs(truth);
 }
@@ -355,10 +354,11 @@ void AddEvaluateCommand(CLI::App& app) {
                       "Kalibr camera chain, or a folder with sensor.yaml files, for poses of the "
                       "camera (default: that beside the truth)");
   CLI::Option* true_edges =
-      command->add_option("--true-edges", arguments->lines.true_edges,
+      command->add_option("--true-edges", arguments->lines.truth,
                           "True edges: edges.csv of a simulated sequence, or an edge-PLY");
-  CLI::Option* lines = command->add_option(
-      "--lines", arguments->lines.lines, "Mapped lines, an edge-PLY, in the world of the estimate");
+  CLI::Option* lines =
+      command->add_option("--lines", arguments->lines.mapped,
+                          "Mapped lines, an edge-PLY, in the world of the estimate");
   CLI::Option* observations = command->add_option(
       "--observations", arguments->observations,
       "Run folder of the sequence: measure how straight its observations are, each placed alone "
@@ -377,10 +377,10 @@ void AddEvaluateCommand(CLI::App& app) {
   lines->needs(true_edges);
   AddSurfaceOptions(command, arguments.get());
   CLI::Option* true_building =
-      command->add_option("--true-building", arguments->building.true_building,
+      command->add_option("--true-building", arguments->building.truth,
                           "True walls and rooms: truth/building.json of a simulated sequence");
   CLI::Option* planes =
-      command->add_option("--planes", arguments->building.planes,
+      command->add_option("--planes", arguments->building.mapped,
                           "planes.json of a map, with rooms.json and plan.json beside it");
   true_building->needs(planes);
   planes->needs(true_building);

@@ -187,8 +187,7 @@ std::string StagesIn(const std::string& output) { return output + "/.stages"; }
 
 MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
   if (Interrupted()) throw StoppedError("interrupted");
-  MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
-  options.SetThreads(arguments.threads);
+  const MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
   return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at, options,
                     StageProgress("merge"));
 }
@@ -199,8 +198,8 @@ MappingOptions ReadMappingOptions(const std::string& config) {
   return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
 }
 
-MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
-  options.SetThreads(arguments.threads);
+MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
+                      OutputFolder* output) {
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
   MapInput input = ReadInput(arguments);
   const OdometryRun& run = input.run;
@@ -242,11 +241,6 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
 
 namespace {
 
-struct MapCommand {
-  MapArguments arguments;
-  std::string output;
-};
-
 void CheckInto(const MapArguments& arguments) {
   ParseStart(arguments.at);
   if (arguments.into.empty()) return;
@@ -271,8 +265,7 @@ void CheckInput(const MapArguments& arguments) {
   }
 }
 
-void Map(const MapCommand& command) {
-  const MapArguments& arguments = command.arguments;
+void Map(const MapArguments& arguments, const std::string& to) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
@@ -280,7 +273,7 @@ void Map(const MapCommand& command) {
        {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config}) {
     if (!input.empty()) inputs.push_back(input);
   }
-  OutputFolder output(command.output, MapFiles(), inputs);
+  OutputFolder output(to, MapFiles(), inputs);
   const MapResult map = RunMapStage(arguments, options, &output);
   if (map.verdict) LogVerdict(arguments.input, *map.verdict);
 }
@@ -290,16 +283,15 @@ void Map(const MapCommand& command) {
 void AddMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "map", "Build a map from a run folder, or from a sequence and poses by anyone");
-  const auto map = std::make_shared<MapCommand>();
-  MapArguments& arguments = map->arguments;
+  const auto map = std::make_shared<MapArguments>();
+  const auto to = std::make_shared<std::string>();
+  MapArguments& arguments = *map;
   command
       ->add_option("input", arguments.input,
                    "Run folder, as odometry writes it, or with --poses a sequence (EuRoC, TUM VI)")
       ->type_name("RUN|SEQ")
       ->required();
-  command->add_option("-o,--output", map->output, "Map folder to write")
-      ->type_name("MAP")
-      ->required();
+  command->add_option("-o,--output", *to, "Map folder to write")->type_name("MAP")->required();
   CLI::Option* poses = command->add_option(
       "--poses", arguments.poses,
       "Poses of the sequence's IMU in metres, z up, TUM, EuRoC or KITTI file: from another SLAM, "
@@ -331,7 +323,7 @@ void AddMapCommand(CLI::App& app) {
       "Examples:\n  slcmap map OUT/run -o OUT/map\n"
       "  slcmap map SEQ --poses poses.tum -o MAP\n"
       "  slcmap map OUT2/run --into OUT/map -o BUILDING");
-  command->callback([map] { Map(*map); });
+  command->callback([map, to] { Map(*map, *to); });
 }
 
 }  // namespace slcmap::commands

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
@@ -13,6 +12,7 @@
 #include "apps/commands/map_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/csv.h"
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
@@ -44,8 +44,7 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
 
 void Merge(const MergeArguments& arguments) {
   RefuseWrongMaps(arguments);
-  MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
-  options.SetThreads(arguments.threads);
+  const MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
   cv::setNumThreads(arguments.threads);
   std::vector<std::string> inputs = arguments.maps;
   if (!arguments.config.empty()) inputs.push_back(arguments.config);
@@ -99,7 +98,6 @@ void AddMergeCommand(CLI::App& app) {
 
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180;
 constexpr double kFarthestStart_m = 1e5, kMostTurn_deg = 360;
 
 [[noreturn]] void FailStart(const std::string& at) {
@@ -116,7 +114,7 @@ void LogAlignment(const std::string& name, const MapAlignment& found) {
       "{}: lies at {:.3f}, {:.3f}, {:.3f} m, turned by {:.2f} degrees; {:.0f} m2 of surfaces and "
       "{:.0f} m of lines agree, {:.1f} % of the surfaces contradict, the next best place explains "
       "{:.0f} % as much of what tells the two apart",
-      name, p.x(), p.y(), p.z(), ComputeYaw(found.T_first_second) / kDegree_rad, found.surfaces_m2,
+      name, p.x(), p.y(), p.z(), ComputeYaw(found.T_first_second) / kDegree, found.surfaces_m2,
       found.lines_m, 100 * found.contradiction, 100 * found.rival_share);
 }
 
@@ -141,7 +139,7 @@ std::optional<RoughStart> ParseStart(const std::string& at) {
     from = to + 1;
   }
   if (values.size() != 4 || std::abs(values[3]) > kMostTurn_deg) FailStart(at);
-  const RoughStart start{{values[0], values[1], values[2]}, values[3] * kDegree_rad};
+  const RoughStart start{{values[0], values[1], values[2]}, values[3] * kDegree};
   if (start.p_world.cwiseAbs().maxCoeff() > kFarthestStart_m) FailStart(at);
   return start;
 }

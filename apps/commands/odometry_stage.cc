@@ -19,6 +19,7 @@
 #include "apps/commands/progress.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/file.h"
 #include "data/io/trajectory.h"
 #include "data/source/asl_source.h"
@@ -249,14 +250,13 @@ void WriteAfter(const std::exception& error, Feeder* feeder, OutputFolder* outpu
 }
 
 void LogSlopes(const OdometryRun& run) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   for (std::size_t i = 0; i < run.sloped_directions.size(); ++i) {
     const SlopedDirection& slope = run.sloped_directions[i];
     const auto follows = [&](const Line& line) {
       return line.axis == LineAxis::kSloped && line.world == static_cast<int>(i);
     };
     spdlog::info("slope of {:.2f} degrees towards {:.1f} degrees: {} lines{}",
-                 slope.elevation_rad * kDegrees, slope.azimuth_rad * kDegrees,
+                 slope.elevation_rad * kDegreesPerRadian, slope.azimuth_rad * kDegreesPerRadian,
                  std::ranges::count_if(run.lines, follows), slope.withdrawn ? " (withdrawn)" : "");
   }
 }
@@ -288,15 +288,14 @@ void LogLines(const OdometryRun& run) {
 
 void LogCalibration(const OdometryRun& run) {
   if (run.calibration.empty()) return;
-  constexpr double kDegrees = 180 / std::numbers::pi;
   const CalibrationEstimate& e = run.calibration.back();
   const auto number = [](double value, double sigma, const char* unit) {
     if (sigma == 0) return std::string("held");
     return fmt::format("{:.2f} {} (sigma {:.2f})", value, unit, sigma);
   };
   const auto degrees = [](const Eigen::Vector3d& v) {
-    return fmt::format("{:.3f} {:.3f} {:.3f}", kDegrees * v.x(), kDegrees * v.y(),
-                       kDegrees * v.z());
+    return fmt::format("{:.3f} {:.3f} {:.3f}", kDegreesPerRadian * v.x(), kDegreesPerRadian * v.y(),
+                       kDegreesPerRadian * v.z());
   };
   const auto turn = [&](const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
     if (sigma.isZero(0)) return std::string("held");
@@ -325,8 +324,8 @@ void LogCalibration(const OdometryRun& run) {
   spdlog::info(
       "readings of the IMU times one and, less what was given: accelerometer's scale {}, axes {}, "
       "gyroscope's scale {}, axes {}",
-      imu(kErrorAccelScale, 3, 100, "%"), imu(kErrorAccelAxes, 3, kDegrees, "degrees"),
-      imu(kErrorGyroScale, 3, 100, "%"), imu(kErrorGyroAxes, 6, kDegrees, "degrees"));
+      imu(kErrorAccelScale, 3, 100, "%"), imu(kErrorAccelAxes, 3, kDegreesPerRadian, "degrees"),
+      imu(kErrorGyroScale, 3, 100, "%"), imu(kErrorGyroAxes, 6, kDegreesPerRadian, "degrees"));
 }
 
 // Before anything is computed. The file may replace an older one, but none that is read, nor one of

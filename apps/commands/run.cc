@@ -64,7 +64,7 @@ void PrintAccuracies(const std::string& sequence, const OdometryRun& run, const 
   if (truth_path.empty()) return;
   const Trajectory truth = ReadTrajectory(truth_path);
   std::vector<int64_t> stamps_ns;  // of the part that was asked for
-  for (const RecordedImages& images : run.source->images) stamps_ns.push_back(images.stamp_ns);
+  for (const StereoEntry& images : run.source->images) stamps_ns.push_back(images.stamp_ns);
   PrintAccuracy("online", truth, OnlinePoses(run), stamps_ns);
   PrintAccuracy("refined", truth, map.trajectory, stamps_ns);
 }

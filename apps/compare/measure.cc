@@ -55,7 +55,7 @@ Measured ReadMeasured(const RunFolders& folders, size_t method) {
   }
   measured.final_poses = map.trajectory;
   if (run.source) {
-    for (const RecordedImages& images : run.source->images) {
+    for (const StereoEntry& images : run.source->images) {
       measured.stamps_ns.push_back(images.stamp_ns);
     }
   }

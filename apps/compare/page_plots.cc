@@ -277,49 +277,50 @@ std::string MethodColour(const SequenceResult& sequence, size_t method) {
   return kOtherColours.front();
 }
 
+constexpr double kAfterNames = 92;  // of methods, before their bars
+
 std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, const double* floor) {
-  constexpr double kWidth = 340, kLeft = 92, kRow = 19, kLetter = 6.2;
+  constexpr double kWidth = 340, kRow = 19, kLetter = 6.2;
   double text_width = 0;
   for (const MethodResult& method : sequence.methods) {
     const std::string text = SpreadText(ComputeSpread(method.Values(figure.key)), figure.digits);
     text_width = std::max(text_width, kLetter * static_cast<double>(text.size()));
   }
-  const BarScale scale(sequence.Of(figure), floor, kWidth - kLeft - text_width - 10);
+  const BarScale scale(sequence.Of(figure), floor, kWidth - kAfterNames - text_width - 10);
   std::string svg;
   double y = 4;
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     const MethodResult& method = sequence.methods[i];
     const Spread spread = ComputeSpread(method.Values(figure.key));
     const std::string text = SpreadText(spread, figure.digits);
-    svg += Text(kLeft - 6, y + 12, method.name, "end");
-    const double end = kLeft + scale.Length(spread.mean);
-    const double low = kLeft + scale.Length(spread.mean - spread.deviation);
-    const double high = kLeft + scale.Length(spread.mean + spread.deviation);
-    svg += Rectangle(kLeft, y + 2, end - kLeft, kRow - 6, MethodColour(sequence, i),
+    svg += Text(kAfterNames - 6, y + 12, method.name, "end");
+    const double end = kAfterNames + scale.Length(spread.mean);
+    const double low = kAfterNames + scale.Length(spread.mean - spread.deviation);
+    const double high = kAfterNames + scale.Length(spread.mean + spread.deviation);
+    svg += Rectangle(kAfterNames, y + 2, end - kAfterNames, kRow - 6, MethodColour(sequence, i),
                      method.name + ": " + text + " " + figure.unit);
     if (spread.count > 1) svg += Line(low, y + 8.5, high, y + 8.5, "whisker");
     const double reach = spread.count > 1 ? high : end;
-    const double beside = floor ? std::max(reach, kLeft + scale.Length(*floor)) : reach;
+    const double beside = floor ? std::max(reach, kAfterNames + scale.Length(*floor)) : reach;
     svg += Text(beside + 5, y + 12, text, "start", "small");
     y += kRow;
   }
   if (floor) {
-    const double x = kLeft + scale.Length(*floor);
+    const double x = kAfterNames + scale.Length(*floor);
     svg += Line(x, 2, x, y, "floor") +
            Text(std::clamp(x, 60.0, kWidth - 60), y + 10,
                 fmt::format("{:.{}f} with true poses", *floor, figure.digits), "middle", "small");
     y += 12;
   }
   if (scale.is_logarithmic()) {
-    svg += Text(kLeft, y + 10, "logarithmic, as one is many times another", "start", "small");
+    svg += Text(kAfterNames, y + 10, "logarithmic, as one is many times another", "start", "small");
     y += 12;
   }
   return Svg(kWidth, y + 4, figure.label, svg);
 }
 
 std::string PathPlot(const SequenceResult& sequence) {
-  constexpr double kWidth = 640;
-  const Plan plan(PathBox(sequence), kWidth, 420);
+  const Plan plan(PathBox(sequence), Axes::kWidth, 420);
   std::string svg = DrawPath(sequence.truth, plan, "#bbbbbb", 5);
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     svg += DrawPath(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
@@ -328,7 +329,7 @@ std::string PathPlot(const SequenceResult& sequence) {
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     svg += DrawStart(sequence.methods[i].trajectory, plan, MethodColour(sequence, i));
   }
-  return Svg(kWidth, plan.height() + 10, "paths from above", svg + plan.Axes());
+  return Svg(Axes::kWidth, plan.height() + 10, "paths from above", svg + plan.Axes());
 }
 
 std::string ErrorPlot(const SequenceResult& sequence) {
@@ -383,7 +384,7 @@ std::string LineMapPlot(const SequenceResult& sequence, const MethodResult& meth
 }
 
 std::string StagePlot(const SequenceResult& sequence) {
-  constexpr double kWidth = 640, kLeft = 92, kRow = 22;
+  constexpr double kWidth = Axes::kWidth, kRow = 22;
   double most = 0;
   std::vector<std::string> names;
   for (const MethodResult& method : sequence.methods) {
@@ -405,23 +406,24 @@ std::string StagePlot(const SequenceResult& sequence) {
   double y = 4;
   for (const MethodResult& method : sequence.methods) {
     if (method.stages.empty()) continue;
-    svg += Text(kLeft - 6, y + 13, method.name, "end");
-    double x = kLeft;
+    svg += Text(kAfterNames - 6, y + 13, method.name, "end");
+    double x = kAfterNames;
     for (const StageCost& stage : method.stages) {
-      const double width = stage.ms_a_pair / most * (kWidth - kLeft - 70);
+      const double width = stage.ms_a_pair / most * (kWidth - kAfterNames - 70);
       svg += Rectangle(x, y + 2, width, kRow - 6, colour(stage.name),
                        fmt::format("{}: {:.2f} ms", stage.name, stage.ms_a_pair));
       x += width;
     }
-    svg += Text(x + 5, y + 13, fmt::format("{:.1f} ms", (x - kLeft) / (kWidth - kLeft - 70) * most),
+    svg += Text(x + 5, y + 13,
+                fmt::format("{:.1f} ms", (x - kAfterNames) / (kWidth - kAfterNames - 70) * most),
                 "start", "small");
     y += kRow;
   }
-  double x = kLeft;
+  double x = kAfterNames;
   y += 6;
   for (const std::string& name : names) {
     const double width = 24 + 6.2 * static_cast<double>(name.size());
-    if (x + width > kWidth) x = kLeft, y += 16;
+    if (x + width > kWidth) x = kAfterNames, y += 16;
     svg +=
         Rectangle(x, y, 10, 10, colour(name), name) + Text(x + 14, y + 9, name, "start", "small");
     x += width;

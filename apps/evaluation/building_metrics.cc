@@ -309,8 +309,8 @@ void AddFoot(const std::vector<Eigen::Vector3d>& outline, SvgSeries* series) {
 
 }  // namespace
 
-std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& metrics) {
-  std::string text = fmt::format("building  {}, {}\n\n", inputs.true_building, inputs.planes);
+std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
+  std::string text = fmt::format("building  {}, {}\n\n", inputs.truth, inputs.mapped);
   text +=
       fmt::format("walls     {} of {} found ({} %), offset {} m median, {} m 95 %\n",
                   metrics.walls_found, metrics.walls, Percent(metrics.walls_found, metrics.walls),
@@ -330,9 +330,9 @@ std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& m
   return text;
 }
 
-Json BuildingJson(const BuildingInputs& inputs, const BuildingMetrics& metrics) {
-  return {{"planes", inputs.planes},
-          {"true_building", inputs.true_building},
+Json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
+  return {{"planes", inputs.mapped},
+          {"true_building", inputs.truth},
           {"walls", metrics.walls},
           {"walls_found", metrics.walls_found},
           {"offset_median_m", metrics.offset_median_m},

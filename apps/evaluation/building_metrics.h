@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/io/true_building.h"
 #include "mapping/map/building.h"
@@ -42,14 +43,11 @@ Building Aligned(const Alignment& alignment, Building building);
 
 // How what was measured of a mapped building is told.
 
-// Files, as the user named them.
-struct BuildingInputs {
-  std::string planes;         // planes.json of a map; the other files of the building beside it
-  std::string true_building;  // truth/building.json of a simulated sequence
-};
+// Of truth/building.json of a simulated sequence, and planes.json of a map, beside which the other
+// files of the building are.
 
-std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& metrics);
-nlohmann::ordered_json BuildingJson(const BuildingInputs& inputs, const BuildingMetrics& metrics);
+std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics);
+nlohmann::ordered_json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics);
 
 // Draws a plan: true walls and rooms, over them what was mapped. Throws OutputError.
 void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,

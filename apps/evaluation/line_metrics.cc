@@ -333,10 +333,10 @@ std::string PageColour(LineAxis axis) {
 
 }  // namespace
 
-std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
-  std::string text = fmt::format(
-      "edges     {}, {:.2f} m seen\nlines     {}, {} lines of {:.2f} m\n", inputs.true_edges,
-      metrics.seen_length_m, inputs.lines, metrics.lines, metrics.mapped_length_m);
+std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics) {
+  std::string text =
+      fmt::format("edges     {}, {:.2f} m seen\nlines     {}, {} lines of {:.2f} m\n", inputs.truth,
+                  metrics.seen_length_m, inputs.mapped, metrics.lines, metrics.mapped_length_m);
   if (metrics.without_extent > 0) {
     text +=
         fmt::format("          {} of them without extent, not counted\n", metrics.without_extent);
@@ -366,9 +366,9 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
   return text;
 }
 
-Json LineJson(const LineInputs& inputs, const LineMetrics& metrics) {
-  Json json = {{"true_edges", inputs.true_edges},
-               {"file", inputs.lines},
+Json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics) {
+  Json json = {{"true_edges", inputs.truth},
+               {"file", inputs.mapped},
                {"lines", metrics.lines},
                {"without_extent", metrics.without_extent},
                {"mapped_length_m", metrics.mapped_length_m},

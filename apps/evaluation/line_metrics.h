@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/evaluation/line_gaps.h"
+#include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/truth.h"
 #include "data/core/progress.h"
@@ -82,13 +83,8 @@ std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> li
 
 // Line metrics as a table to read, as JSON to compute with, and as a plan to look at.
 
-// What was compared; stands at the head of both forms.
-struct LineInputs {
-  std::string true_edges, lines;  // paths
-};
-
-std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics);
-nlohmann::ordered_json LineJson(const LineInputs& inputs, const LineMetrics& metrics);
+std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics);
+nlohmann::ordered_json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics);
 
 // Writes an SVG document: the seen parts of the true edges (grey) and the lines, coloured by axis,
 // from above. Throws OutputError.

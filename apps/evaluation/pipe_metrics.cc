@@ -99,22 +99,22 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
   return metrics;
 }
 
-std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics) {
+std::string PipeTable(const ComparedFiles& inputs, const PipeMetrics& metrics) {
   return fmt::format(
       "pipes     {}, {}\n\n"
       "found     {} of {} ({} %), {:.1f} of {:.1f} m that were seen; {} by their axes alone\n"
       "false     {} of {} mapped\n"
       "radius    {} m median, {} m 95 %; axis {} m median\n",
-      inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes,
+      inputs.truth, inputs.mapped, metrics.found, metrics.pipes,
       FigureText(100 * ComputeShare(metrics.found, metrics.pipes), 1), metrics.found_m,
       metrics.seen_m, metrics.found_axes, metrics.false_pipes, metrics.mapped,
       FigureText(metrics.radius_median_m, 4), FigureText(metrics.radius_95_m, 4),
       FigureText(metrics.axis_median_m, 4));
 }
 
-nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics) {
-  return {{"pipes", inputs.pipes},
-          {"true_pipes", inputs.true_pipes},
+nlohmann::ordered_json PipeJson(const ComparedFiles& inputs, const PipeMetrics& metrics) {
+  return {{"pipes", inputs.mapped},
+          {"true_pipes", inputs.truth},
           {"true", metrics.pipes},
           {"found", metrics.found},
           {"found_axes", metrics.found_axes},

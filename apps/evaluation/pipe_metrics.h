@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/io/map_line.h"
 #include "mapping/map/map.h"
@@ -27,13 +28,9 @@ std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pi
 
 PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes);
 
-// Files, as the user named them.
-struct PipeInputs {
-  std::string pipes;       // pipes.json of a map
-  std::string true_pipes;  // truth/pipes.csv of a simulated sequence
-};
+// Of truth/pipes.csv of a simulated sequence, and pipes.json of a map.
 
-std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics);
-nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics);
+std::string PipeTable(const ComparedFiles& inputs, const PipeMetrics& metrics);
+nlohmann::ordered_json PipeJson(const ComparedFiles& inputs, const PipeMetrics& metrics);
 
 }  // namespace slcmap::evaluation

@@ -112,19 +112,16 @@ std::optional<EdgeObservation> PlaceLine(const PairGeometry& geometry, const Rig
   return EdgeObservation{line.id, stamp_ns, {*start, *end}};
 }
 
-// Distance of a place from the line of an edge, squared: in metres, and in standard deviations.
-struct Distance2 {
-  double m2 = 0, chi2 = 0;
-};
-
-Distance2 DistanceFrom(const PlacedInWorld& place, const Vector3d& p, const Vector3d& direction,
-                       double edge_sigma_m) {
+// Squared distance of a place from the line of an edge in standard deviations; infinite where it is
+// too far in metres.
+double EdgeChi2(const PlacedInWorld& place, const Vector3d& p, const Vector3d& direction) {
   const Matrix3d across = Matrix3d::Identity() - direction * direction.transpose();
   const Vector3d distance = across * (place.p_world - p);
+  if (distance.squaredNorm() > kMaxEdgeDistance_m * kMaxEdgeDistance_m) return HUGE_VAL;
   // The direction itself counts for nothing: the distance has no part along it.
-  const Matrix3d spread = place.covariance_m2 + edge_sigma_m * edge_sigma_m * Matrix3d::Identity();
+  const Matrix3d spread = place.covariance_m2 + kEdgeSigma_m * kEdgeSigma_m * Matrix3d::Identity();
   const Matrix3d across_spread = across * spread * across + direction * direction.transpose();
-  return {distance.squaredNorm(), distance.dot(across_spread.inverse() * distance)};
+  return distance.dot(across_spread.inverse() * distance);
 }
 
 // Finds the true edge that an observation lies on.
@@ -167,11 +164,7 @@ class EdgeFinder {
     if ((middle - along_m * direction).squaredNorm() > limit_m * limit_m) return HUGE_VAL;
     if (!IsAlong(ends, direction)) return HUGE_VAL;
     double chi2 = 0;
-    for (const PlacedInWorld& end : ends) {
-      const Distance2 distance = DistanceFrom(end, edge.start_world, direction, kEdgeSigma_m);
-      if (distance.m2 > limit_m * limit_m) return HUGE_VAL;
-      chi2 += distance.chi2;
-    }
+    for (const PlacedInWorld& end : ends) chi2 += EdgeChi2(end, edge.start_world, direction);
     return chi2;
   }
 

@@ -15,6 +15,11 @@
 
 namespace slcmap::inline evaluation {
 
+// Files that were compared, as the user named them; they stand at the head of tables and JSON.
+struct ComparedFiles {
+  std::string truth, mapped;
+};
+
 // Not a number; null in JSON.
 inline constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
 

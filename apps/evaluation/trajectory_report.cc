@@ -66,7 +66,6 @@ std::optional<RigidTransform> CameraIn(const std::string& folder) {
 }  // namespace
 
 std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& estimate) {
-  constexpr double kStep_s = 0.45, kMostApart = 2.5;
   constexpr size_t kMostSteps = 60;
   Trajectory known;
   for (const StampedPose& pose : estimate) {
@@ -78,13 +77,13 @@ std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& es
   for (size_t i = 1; i < known.size(); ++i) {
     periods_s.push_back(ToSeconds(known[i].stamp_ns - known[i - 1].stamp_ns));
   }
-  const double spacing_s = std::max(kStep_s, Quantile(periods_s, 0.5));
+  const double spacing_s = std::max(kStepOfPoses_s, Quantile(periods_s, 0.5));
   std::vector<BodyStep> steps;
   for (size_t first = 0, second = 0; first < known.size(); ++first) {
     const auto apart_s = [&] { return ToSeconds(known[second].stamp_ns - known[first].stamp_ns); };
     while (second < known.size() && apart_s() < 0.98 * spacing_s) ++second;
     if (second == known.size()) break;
-    if (apart_s() > kMostApart * spacing_s) continue;
+    if (apart_s() > kMostStepsApart * spacing_s) continue;
     steps.push_back({known[first].stamp_ns, known[second].stamp_ns,
                      known[first].T_world_imu.Inverse() * known[second].T_world_imu});
   }

@@ -14,29 +14,25 @@ namespace {
 struct Lens {
   Distortion distortion;
   const char* name;
-  size_t shapes;  // numbers before the focal lengths
+  size_t shapes = 0;  // numbers before the focal lengths
 };
 constexpr Lens kLenses[] = {{Distortion::kOmni, "omni", 1},
                             {Distortion::kExtendedUnified, "eucm", 2},
                             {Distortion::kDoubleSphere, "ds", 2}};
 
-struct OfPinhole {
-  Distortion distortion;
-  const char* name;
-};
-constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radial-tangential"},
-                                      {Distortion::kRadialTangential, "radtan"},
-                                      {Distortion::kRadialTangential, "plumb_bob"},
-                                      {Distortion::kRadialTangential, "rational_polynomial"},
-                                      {Distortion::kRadialTangential, "radtan8"},
-                                      {Distortion::kEquidistant, "equidistant"},
-                                      {Distortion::kEquidistant, "equi"},
-                                      {Distortion::kEquidistant, "fisheye"},
-                                      {Distortion::kEquidistant, "kannala_brandt"},
-                                      {Distortion::kEquidistant, "kannala_brandt4"},
-                                      {Distortion::kEquidistant, "kb4"},
-                                      {Distortion::kFieldOfView, "fov"},
-                                      {Distortion::kNone, "none"}};
+constexpr Lens kDistortions[] = {{Distortion::kRadialTangential, "radial-tangential"},
+                                 {Distortion::kRadialTangential, "radtan"},
+                                 {Distortion::kRadialTangential, "plumb_bob"},
+                                 {Distortion::kRadialTangential, "rational_polynomial"},
+                                 {Distortion::kRadialTangential, "radtan8"},
+                                 {Distortion::kEquidistant, "equidistant"},
+                                 {Distortion::kEquidistant, "equi"},
+                                 {Distortion::kEquidistant, "fisheye"},
+                                 {Distortion::kEquidistant, "kannala_brandt"},
+                                 {Distortion::kEquidistant, "kannala_brandt4"},
+                                 {Distortion::kEquidistant, "kb4"},
+                                 {Distortion::kFieldOfView, "fov"},
+                                 {Distortion::kNone, "none"}};
 
 // Without what is zero at the end, but no less than `least`.
 size_t CountUsed(const std::vector<double>& values, size_t least) {
@@ -96,7 +92,7 @@ std::string ListNames(const Table& table) {
 
 std::optional<CameraFault> ReadDistortion(const CameraWords& words, Camera* camera) {
   const auto known = std::ranges::find_if(
-      kDistortions, [&](const OfPinhole& d) { return words.distortion_model == d.name; });
+      kDistortions, [&](const Lens& d) { return words.distortion_model == d.name; });
   if (known == std::end(kDistortions)) {
     return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
                        "one of " + ListNames(kDistortions)};
@@ -166,14 +162,14 @@ CameraWords InKalibrsWords(CameraWords words) {
 }  // namespace
 
 const char* GetName(Distortion distortion) {
-  for (const OfPinhole& known : kDistortions) {
+  for (const Lens& known : kDistortions) {
     if (known.distortion == distortion) return known.name;
   }
   return std::ranges::find(kLenses, distortion, &Lens::distortion)->name;
 }
 
 std::optional<Distortion> FindDistortion(const std::string& name) {
-  for (const OfPinhole& known : kDistortions) {
+  for (const Lens& known : kDistortions) {
     if (known.name == name) return known.distortion;
   }
   for (const Lens& known : kLenses) {

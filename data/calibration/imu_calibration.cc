@@ -92,25 +92,29 @@ void RefuseLeverArms(YamlSection* section) {
   }
 }
 
-struct ImuGains {  // reading = gain * ideal
-  Eigen::Matrix3d accel, gyro;
-};
+// What an IMU reads is its gain times what an ideal one would read.
+ImuCorrection FromGains(const Eigen::Matrix3d& accel, const Eigen::Matrix3d& gyro) {
+  return {accel.inverse(), gyro.inverse()};
+}
 
-ImuGains ReadKalibrGains(YamlSection* imu) {
+ImuCorrection ReadKalibrGains(YamlSection* imu) {
   YamlSection accel = imu->Section("accelerometers"), gyro = imu->Section("gyroscopes");
-  const ImuGains gains{ReadGain(&accel, "M"), ReadGain(&gyro, "M") * ReadTurn(&gyro, "C_gyro_i")};
+  const Eigen::Matrix3d accel_gain = ReadGain(&accel, "M");
+  const ImuCorrection correction =
+      FromGains(accel_gain, ReadGain(&gyro, "M") * ReadTurn(&gyro, "C_gyro_i"));
   RefuseForces(&gyro, "A");
   RefuseLeverArms(&accel);
   accel.Finish();
   gyro.Finish();
-  return gains;
+  return correction;
 }
 
-ImuGains ReadOpenVinsGains(YamlSection* imu) {
-  const ImuGains gains{ReadGain(imu, "Ta") * ReadTurn(imu, "R_IMUtoACC"),
-                       ReadGain(imu, "Tw") * ReadTurn(imu, "R_IMUtoGYRO")};
+ImuCorrection ReadOpenVinsGains(YamlSection* imu) {
+  const Eigen::Matrix3d accel_gain = ReadGain(imu, "Ta") * ReadTurn(imu, "R_IMUtoACC");
+  const ImuCorrection correction =
+      FromGains(accel_gain, ReadGain(imu, "Tw") * ReadTurn(imu, "R_IMUtoGYRO"));
   RefuseForces(imu, "Tg");
-  return gains;
+  return correction;
 }
 
 // Kalibr writes these with each of its models but `calibrated`.
@@ -139,11 +143,8 @@ std::string KalibrRows(const Eigen::Matrix3d& m) {
 
 ImuCorrection ReadImuCorrection(YamlSection* imu) {
   RequireWhatModelSays(imu);
-  const ImuGains kalibr = ReadKalibrGains(imu), open_vins = ReadOpenVinsGains(imu);
-  const auto differ = [](const ImuGains& gains) {
-    return !gains.accel.isIdentity(0) || !gains.gyro.isIdentity(0);
-  };
-  if (differ(kalibr) && differ(open_vins)) {
+  const ImuCorrection kalibr = ReadKalibrGains(imu), open_vins = ReadOpenVinsGains(imu);
+  if (!IsIdentity(kalibr) && !IsIdentity(open_vins)) {
     throw CalibrationFault(*imu, "Ta",
                            "found beside Kalibr's accelerometers and gyroscopes, "
                            "expected one of the forms",
@@ -151,8 +152,7 @@ ImuCorrection ReadImuCorrection(YamlSection* imu) {
                            "R_IMUtoGYRO in " +
                                imu->place());
   }
-  const ImuGains& gains = differ(kalibr) ? kalibr : open_vins;
-  return {gains.accel.inverse(), gains.gyro.inverse()};
+  return IsIdentity(kalibr) ? open_vins : kalibr;
 }
 
 bool IsIdentity(const ImuCorrection& correction) {

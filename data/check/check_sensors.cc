@@ -59,15 +59,11 @@ const char* ProblemRemedy(const std::string& problem) {
 int CameraCount(const SequenceSource& source) { return IsStereo(source.info().rig) ? 2 : 1; }
 
 // How many images have a problem, and the first of them.
-struct Problem {
-  int64_t count = 0;
-  std::string first_place;
-};
-using Problems = std::map<std::string, Problem>;
+using Problems = std::map<std::string, Warnings::Entry>;
 
 void Count(const char* problem, const std::string& place, Problems* problems) {
   if (problem == nullptr) return;
-  Problem& counted = (*problems)[problem];
+  Warnings::Entry& counted = (*problems)[problem];
   if (counted.count++ == 0) counted.first_place = place;
 }
 

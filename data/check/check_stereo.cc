@@ -21,7 +21,6 @@ constexpr size_t kStereoSamples = 12, kRowSamples = 24;
 constexpr int kStereoFeatures = 400;
 constexpr double kMaxDescriptorDistance = 48;  // of 256 bits
 constexpr size_t kMinMatches = 60;             // in all, for a judgement
-constexpr double kAgree_px = 2.5;              // across the epipolar line
 constexpr double kMinAgree = 0.5;              // share of the matches; wrong ones are among them
 constexpr double kStereoMuchBetter = 1.3;      // times the share, for a mistake to be named
 constexpr double kBlur_px = 1.2;               // median of those that agree, in a poor calibration

@@ -24,7 +24,6 @@ constexpr int kLevels = 3, kStereoLevels = 4;
 const cv::TermCriteria kUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
 constexpr double kBorder_px = 4;
 constexpr double kStereoStep_s = 0.2;
-constexpr double kUsualDepth_m = 4;     // from where the search in the right image starts
 constexpr double kMaxOffPlane_px = 2;   // of a stereo match, from its epipolar plane
 constexpr double kMinDisparity_px = 2;  // of a point that tells a movement
 constexpr double kMaxNoise_px = 0.6;    // beyond, features are no features but grain and shadows
@@ -179,7 +178,7 @@ class AheadReader {
     cv::Mat left, right;
   };
 
-  AheadReader(const SequenceSource& source, const PairRange& part, size_t stride)
+  AheadReader(const SequenceSource& source, const IndexRange& part, size_t stride)
       : source_(source),
         stereo_(IsStereo(source.info().rig)),
         next_(part.first),
@@ -263,7 +262,7 @@ class PartFollower {
   Eigen::Vector3d direction_ = Eigen::Vector3d::UnitZ();
 };
 
-void FollowPart(const SequenceSource& source, const Rig& rig, const PairRange& part,
+void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& part,
                 const Progress& progress, ImageMotion* motion) {
   PartFollower follower(rig, motion);
   AheadReader reader(source, part, ComputeStride(source.info()));
@@ -293,10 +292,10 @@ double Liveliness(const std::vector<ImuSample>& imu, int64_t from_ns, int64_t to
 
 }  // namespace
 
-std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
-                                      double duration_s, double skipped_s) {
+std::vector<IndexRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
+                                       double duration_s, double skipped_s) {
   struct Rated {
-    PairRange part;
+    IndexRange part;
     double liveliness;
   };
   const std::vector<int64_t>& stamps_ns = info.pair_stamps_ns;
@@ -314,10 +313,10 @@ std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<
                    [](const Rated& a, const Rated& b) { return a.liveliness > b.liveliness; });
   const auto count = [](double s) { return static_cast<size_t>(std::ceil(s / kPart_s)); };
   const size_t first = count(skipped_s), end = std::min(rated.size(), first + count(duration_s));
-  std::vector<PairRange> parts;
+  std::vector<IndexRange> parts;
   for (size_t i = first; i < end; ++i) parts.push_back(rated[i].part);
   std::sort(parts.begin(), parts.end(),
-            [](const PairRange& a, const PairRange& b) { return a.first < b.first; });
+            [](const IndexRange& a, const IndexRange& b) { return a.first < b.first; });
   return parts;
 }
 
@@ -332,7 +331,7 @@ void Append(const ImageMotion& other, ImageMotion* motion) {
 }
 
 ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
-                         const std::vector<PairRange>& parts, const Progress& progress) {
+                         const std::vector<IndexRange>& parts, const Progress& progress) {
   ImageMotion motion;
   for (size_t i = 0; i < parts.size(); ++i) {
     const double count = static_cast<double>(parts.size());

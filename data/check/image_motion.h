@@ -31,8 +31,8 @@ struct ImageMotion {
 // Adds the motion in other parts of the same recording.
 void Append(const ImageMotion& other, ImageMotion* motion);
 
-// A range of pairs, [first, end).
-struct PairRange {
+// A range of pairs or samples, [first, end).
+struct IndexRange {
   size_t first = 0, end = 0;
 };
 
@@ -40,12 +40,12 @@ inline constexpr double kLookedAt_s = 16;  // of a recording, where its motion i
 
 // The parts of a recording in which the gyroscope changes most, in the order of time, of about
 // `duration_s` in all; after those of about `skipped_s` in which it changes more.
-std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
-                                      double duration_s, double skipped_s = 0);
+std::vector<IndexRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
+                                       double duration_s, double skipped_s = 0);
 
 // Follows features through those parts, at the images' rate where that is below 40 Hz. `rig` is
 // what points are placed with. Throws StoppedError where progress ends it.
 ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
-                         const std::vector<PairRange>& parts, const Progress& progress);
+                         const std::vector<IndexRange>& parts, const Progress& progress);
 
 }  // namespace slcmap::data

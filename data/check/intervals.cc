@@ -22,7 +22,6 @@ namespace {
 constexpr size_t kStretchSamples = 16, kLeastStretch = 3;  // samples; of a part, at least
 constexpr int kLeastMatches = 60;                          // of a part
 constexpr double kStretchGood = 0.8, kStretchGain = 0.2;   // shares that agree
-constexpr double kStretchAgree_px = 2.5;
 constexpr double kKnocked_rad = 0.1 * kDegree, kKnockedClear = 6;
 
 struct Agreeing {
@@ -33,11 +32,6 @@ struct Agreeing {
     matches += other.matches;
     agreeing += other.agreeing;
   }
-};
-
-// A stretch of the samples, [first, end).
-struct SampleRange {
-  size_t first, end;
 };
 
 class IntervalFinder {
@@ -70,7 +64,7 @@ class IntervalFinder {
     return change;
   }
 
-  Agreeing Sum(const SampleRange& range) const {
+  Agreeing Sum(const IndexRange& range) const {
     Agreeing sum;
     for (size_t i = range.first; i < range.end; ++i) sum.Add(agreeing_[i]);
     return sum;
@@ -91,7 +85,7 @@ class IntervalFinder {
   // Of that pair with the right image of another.
   Agreeing Paired(size_t pair, int later) const { return FindAgreeing(Match(pair, later)); }
 
-  RowAlignment Turned(const SampleRange& range) const {
+  RowAlignment Turned(const IndexRange& range) const {
     std::vector<RayPair> all;
     for (size_t i = range.first; i < range.end; ++i) {
       all.insert(all.end(), matches_[i].begin(), matches_[i].end());
@@ -130,7 +124,7 @@ class IntervalFinder {
   Agreeing FindAgreeing(const std::vector<RayPair>& matches) const {
     const std::vector<double> rows_px = Rows_px(matches);
     const auto agree =
-        std::ranges::count_if(rows_px, [](double row_px) { return row_px < kStretchAgree_px; });
+        std::ranges::count_if(rows_px, [](double row_px) { return row_px < kAgree_px; });
     return {static_cast<int>(matches.size()), static_cast<int>(agree)};
   }
 
@@ -264,7 +258,7 @@ bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progr
   Sequence left = sequence;
   left.rig = rig;
   const AslSource source(left);
-  const auto align = [&](const PairRange& part) {
+  const auto align = [&](const IndexRange& part) {
     return AlignTurns(FollowImages(source, rig, {part}, progress).turns, sequence.imu,
                       rig.T_imu_camera[0].rotation, rig.camera_time_offset_s);
   };
@@ -283,9 +277,9 @@ bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progr
 // else that part is left out.
 void LeaveOutKnocked(const IntervalFinder& finder, size_t change, const Progress& progress,
                      Sequence* sequence, CheckReport* report) {
-  const SampleRange before{0, change}, after{change, finder.samples()};
+  const IndexRange before{0, change}, after{change, finder.samples()};
   const bool first_good = finder.Sum(before).share() > finder.Sum(after).share();
-  const SampleRange &good = first_good ? before : after, &part = first_good ? after : before;
+  const IndexRange &good = first_good ? before : after, &part = first_good ? after : before;
   const RowAlignment rows = finder.Turned(part), of_good = finder.Turned(good);
   const double given = finder.Sum(part).share();
   const Eigen::Vector3d turn_rad = rows.turn_rad - of_good.turn_rad;
@@ -315,7 +309,7 @@ void LeaveOutKnocked(const IntervalFinder& finder, size_t change, const Progress
   report->corrections.push_back(
       {kStretchCorrection, {static_cast<double>(first), static_cast<double>(end)}, words});
   std::vector<PairPiece> kept;
-  for (const auto& [from, to] : {PairRange{0, at}, PairRange{at, sequence->images.size()}}) {
+  for (const auto& [from, to] : {IndexRange{0, at}, IndexRange{at, sequence->images.size()}}) {
     const bool is_good = from == first;
     if (!is_good && !keeps_left) continue;
     kept.push_back(

@@ -21,20 +21,13 @@ constexpr double kHeld_rad = 1e-7, kHeldFocal = 1e-7;
 constexpr double kBetterRows = 0.8;  // of what the rows are off without a number, and
 constexpr double kClearSigmas = 5, kClearAboutY_rad = 2e-3, kClearFocal = 1e-3;  // to believe it
 constexpr int kSteps = 4;                                                        // at each scale
-constexpr double kRowAgree_px = 2.5;
 constexpr int kRowFeatures = 150;
 constexpr double kRowFeatureDistance_px = 20, kRowFeatureQuality = 0.02;
 const cv::Size kRowPatch_px(15, 15);
 constexpr int kRowLevels = 4;
 const cv::TermCriteria kRowUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
-constexpr double kRowBorder_px = 6, kRowUsualDepth_m = 4;
+constexpr double kRowBorder_px = 6;
 constexpr double kMaxReturn_px = 0.3;  // between a feature and what is found from its match
-
-// Standard deviations of what is given, about which the solution is found.
-struct Priors {
-  double about_y_rad;
-  double right_focal;
-};
 
 struct Mend {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
@@ -52,13 +45,15 @@ class RowSolver {
         direction_(T_left_right.translation.normalized()),
         focal_px_(focal_px) {}
 
-  // From coarse to fine; nothing where the matches say nothing.
-  Mend Solve(const Priors& priors) const {
+  // From coarse to fine; nothing where the matches say nothing. The standard deviations are of what
+  // is given, about which the solution is found.
+  Mend Solve(double about_y_sigma_rad, double focal_sigma) const {
+    const Eigen::Vector4d sigmas(kTurnPrior_rad, about_y_sigma_rad, kTurnPrior_rad, focal_sigma);
     Mend mend;
     Linear linear;
     for (double scale_px = kFirstScale_px; scale_px >= kLastScale_px; scale_px *= kScaleStep) {
       for (int step = 0; step < kSteps; ++step) {
-        linear = Linearise(mend, priors, scale_px / focal_px_);
+        linear = Linearise(mend, sigmas, scale_px / focal_px_);
         const Eigen::Vector4d change = linear.H.ldlt().solve(linear.g);
         if (!change.allFinite()) return {};
         mend.turn = (mend.turn * ExpRotation(change.head<3>())).normalized();
@@ -66,7 +61,7 @@ class RowSolver {
       }
     }
     mend.sigma = linear.H.inverse().diagonal().cwiseSqrt();
-    if (priors.right_focal == kHeldFocal) mend.right_focal = 0;
+    if (focal_sigma == kHeldFocal) mend.right_focal = 0;
     return mend;
   }
 
@@ -97,7 +92,7 @@ class RowSolver {
     return ComputeEpipolar(rays, rotation_ * mend.turn, direction_);
   }
 
-  Linear Linearise(const Mend& mend, const Priors& priors, double scale_rad) const {
+  Linear Linearise(const Mend& mend, const Eigen::Vector4d& sigmas, double scale_rad) const {
     Linear linear;
     Mend longer = mend;
     longer.right_focal += kLongerFocal;
@@ -115,8 +110,6 @@ class RowSolver {
     }
     Eigen::Vector4d at;
     at << LogRotation(mend.turn), mend.right_focal;
-    const Eigen::Vector4d sigmas(kTurnPrior_rad, priors.about_y_rad, kTurnPrior_rad,
-                                 priors.right_focal);
     const Eigen::Vector4d weights = sigmas.array().pow(-2);
     linear.H.diagonal() += weights;
     linear.g -= weights.cwiseProduct(at);
@@ -138,8 +131,8 @@ bool IsClear(double number, double sigma, double least) {
 // A turn, about y only where that is clear and rows agree better: it is seen in parts of the images
 // alone.
 Mend FindTurn(const RowSolver& solver, double prior_right_focal) {
-  const Mend held = solver.Solve({kHeld_rad, prior_right_focal});
-  const Mend found = solver.Solve({kTurnPriorAboutY_rad, prior_right_focal});
+  const Mend held = solver.Solve(kHeld_rad, prior_right_focal);
+  const Mend found = solver.Solve(kTurnPriorAboutY_rad, prior_right_focal);
   const bool is_clear = IsClear(LogRotation(found.turn).y(), found.sigma.y(), kClearAboutY_rad) &&
                         solver.Rows_px(found) <= kBetterRows * solver.Rows_px(held);
   return is_clear ? found : held;
@@ -169,8 +162,7 @@ class Matcher {
     for (const cv::Point2f& corner : corners) {
       const auto ray = rig_.cameras[0].Unproject({corner.x, corner.y});
       if (!ray) continue;
-      const auto pixel =
-          rig_.cameras[1].Project(T_left_right_.Inverse() * (kRowUsualDepth_m * *ray));
+      const auto pixel = rig_.cameras[1].Project(T_left_right_.Inverse() * (kUsualDepth_m * *ray));
       if (!pixel || !rig_.cameras[1].Contains(*pixel)) continue;
       features.push_back(corner);
       guess.push_back(
@@ -227,7 +219,7 @@ RowAlignment AlignLevelRows(const std::vector<RayPair>& matches, const RigidTran
   const std::vector<double> mended_px = solver.Distances_px(found);
   alignment.mended_rows_px = Median(mended_px);
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),
-                                   [](double distance_px) { return distance_px < kRowAgree_px; });
+                                   [](double distance_px) { return distance_px < kAgree_px; });
   alignment.agreeing_share = static_cast<double>(agree) / static_cast<double>(matches.size());
   return alignment;
 }

@@ -13,6 +13,9 @@
 
 namespace slcmap::inline data {
 
+inline constexpr double kAgree_px = 2.5;    // of rays that agree, across the epipolar line
+inline constexpr double kUsualDepth_m = 4;  // from where a search in the right image starts
+
 // The figure that says how well left and right images agree, in %.
 inline constexpr const char* kAgreeingMatches = "matches that agree with calibration";
 

@@ -1,14 +1,18 @@
-// A loop over independent items on several threads, also one that can be stopped.
+// A loop over independent items on several threads, also one that can be stopped; and items of a
+// row that are made on other threads while those before them are used.
 #pragma once
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <deque>
 #include <exception>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "data/core/progress.h"
@@ -53,5 +57,41 @@ inline bool ForEachWatched(size_t count, const Progress& progress,
   }
   return progress.Report(1);
 }
+
+// As many as there are threads, of a program that has several.
+inline size_t ThreadsForReading() {
+  const int threads = cv::getNumThreads();
+  return threads > 1 ? static_cast<size_t>(threads) : 0;
+}
+
+// Gives make(0), make(1), ... up to count - 1, and has begun `ahead` of the next ones when it gives
+// one, each on a thread of its own; with 0 it makes an item when that is asked for. What make()
+// needs must outlive this; it is called from several threads at once.
+template <typename Item>
+class ReadAhead {
+ public:
+  ReadAhead(size_t count, std::function<Item(size_t)> make, size_t ahead = ThreadsForReading())
+      : count_(count), make_(std::move(make)), ahead_(ahead) {}
+
+  bool is_done() const { return begun_ == count_ && coming_.empty(); }
+
+  // The next item, of which there must be one. Throws what make() throws.
+  Item Next() {
+    const std::launch policy = ahead_ == 0 ? std::launch::deferred : std::launch::async;
+    for (; begun_ < count_ && coming_.size() <= ahead_; ++begun_) {
+      coming_.push_back(std::async(policy, make_, begun_));
+    }
+    std::future<Item> next = std::move(coming_.front());
+    coming_.pop_front();
+    return next.get();
+  }
+
+ private:
+  const size_t count_;
+  const std::function<Item(size_t)> make_;
+  const size_t ahead_;
+  size_t begun_ = 0;
+  std::deque<std::future<Item>> coming_;
+};
 
 }  // namespace slcmap::data

@@ -141,7 +141,7 @@ CsvColumns PipeColumns() {
   return columns;
 }
 
-std::string Row(const TruePipe& pipe, const SeenInterval& seen) {
+std::string Row(const TruePipe& pipe, const Interval& seen) {
   const Eigen::Vector3d &a = pipe.start_world, &b = pipe.end_world;
   return fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", pipe.id,
                      a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), pipe.radius_m, seen.from_m,
@@ -152,7 +152,7 @@ std::string Row(const TruePipe& pipe, const SeenInterval& seen) {
 
 double TruePipe::SeenLength_m() const {
   double length_m = 0;
-  for (const SeenInterval& stretch : seen) length_m += stretch.to_m - stretch.from_m;
+  for (const Interval& stretch : seen) length_m += stretch.to_m - stretch.from_m;
   return length_m;
 }
 
@@ -160,7 +160,7 @@ void WriteTruePipes(const std::string& path, const std::vector<TruePipe>& pipes)
   std::string text = CsvHeader(PipeColumns()) + "\n";
   for (const TruePipe& pipe : pipes) {
     if (pipe.seen.empty()) text += Row(pipe, {});
-    for (const SeenInterval& stretch : pipe.seen) text += Row(pipe, stretch);
+    for (const Interval& stretch : pipe.seen) text += Row(pipe, stretch);
   }
   WriteFile(path, text);
 }
@@ -177,7 +177,7 @@ std::vector<TruePipe> ReadTruePipes(const std::string& path) {
       };
       pipes.push_back({id, point(1), point(4), table.Number(row, 7), {}});
     }
-    const SeenInterval stretch{table.Number(row, 8), table.Number(row, 9)};
+    const Interval stretch{table.Number(row, 8), table.Number(row, 9)};
     if (stretch.to_m < stretch.from_m) table.Fail(row, 9, "at least seen_from_m");
     if (stretch.to_m > stretch.from_m) pipes.back().seen.push_back(stretch);
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/core/math.h"
 #include "data/core/types.h"
 
 namespace slcmap::inline data {
@@ -61,17 +62,12 @@ void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines);
 // be.
 std::vector<MapLine> ReadMapLines(const std::string& path);
 
-// Metres from the start of an axis.
-struct SeenInterval {
-  double from_m = 0, to_m = 0;
-};
-
 struct TruePipe {
   int64_t id = 0;
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // of its axis
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   double radius_m = 0;
-  std::vector<SeenInterval> seen;  // by a camera at most 8 m away
+  std::vector<Interval> seen;  // along its axis, by a camera at most 8 m away
 
   double SeenLength_m() const;
 };

@@ -60,28 +60,14 @@ std::string DidYouMean(const std::string& found, const std::vector<std::string>&
 namespace {
 
 // What a value of a type is called in messages.
+std::string TypeName(bool) { return "true or false"; }
+std::string TypeName(int) { return "a whole number"; }
+std::string TypeName(double) { return "a finite number"; }
+std::string TypeName(const std::string&) { return "a text"; }
 template <typename T>
-struct TypeName;
-template <>
-struct TypeName<bool> {
-  static std::string Get() { return "true or false"; }
-};
-template <>
-struct TypeName<int> {
-  static std::string Get() { return "a whole number"; }
-};
-template <>
-struct TypeName<double> {
-  static std::string Get() { return "a finite number"; }
-};
-template <>
-struct TypeName<std::string> {
-  static std::string Get() { return "a text"; }
-};
-template <typename T>
-struct TypeName<std::vector<T>> {
-  static std::string Get() { return "a list, each entry " + TypeName<T>::Get(); }
-};
+std::string TypeName(const std::vector<T>&) {
+  return "a list, each entry " + TypeName(T());
+}
 
 bool IsFinite(double value) { return std::isfinite(value); }
 template <typename T>
@@ -235,7 +221,7 @@ void YamlSection::Read(const std::string& key, T* value) {
   T read{};
   if (!Decode(found, &read) || !IsFinite(read)) {
     throw ConfigError(KeyPlace(place_, key) + ": found " + Shown(found) + ", expected " +
-                      TypeName<T>::Get());
+                      TypeName(read));
   }
   *value = read;
 }

@@ -22,7 +22,6 @@ namespace {
 constexpr double kEdgeSample_m = 0.02;    // along an edge
 constexpr double kEdgeInterval_s = 0.25;  // between the frames that are looked at
 constexpr double kEdgeRange_m = 30;       // up to which a camera counts as seeing
-constexpr double kEdgeMargin_m = 0.02;  // a surface this near in front of a point does not hide it
 
 constexpr int kLanes = RayScene::kLanes;
 
@@ -382,12 +381,12 @@ void EdgeWatch::LookThrough(const Camera& camera, const RigidTransform& T_world_
 bool EdgeWatch::Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
                      const RigidTransform& T_world_camera) const {
   const double distance_m = p_camera.norm();
-  if (distance_m > kEdgeRange_m || distance_m <= kEdgeMargin_m) return false;
+  if (distance_m > kEdgeRange_m || distance_m <= kSightMargin_m) return false;
   const auto pixel = camera.Project(p_camera);
   if (!pixel || !camera.Contains(*pixel)) return false;
   const Eigen::Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
   return !rays_.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                        static_cast<float>(distance_m - kEdgeMargin_m));
+                        static_cast<float>(distance_m - kSightMargin_m));
 }
 
 std::vector<SeenPart> EdgeWatch::Parts() const {

@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 constexpr double kCell_m = 0.4;         // of points on walls
 constexpr double kOpeningCell_m = 0.2;  // of points in openings
 constexpr double kRange_m = 8;
-constexpr double kMargin_m = 0.02;   // a surface this near in front of a point does not hide it
 constexpr double kInterval_s = 0.5;  // between frames that are looked at
 constexpr double kGrid_m = 1e-4;     // of the plan
 constexpr double kMeets_m = 1e-3;
@@ -238,13 +237,13 @@ class BuildingWatch {
   bool Sees(const CameraPose& pose, const Vector3d& p_world) const {
     const Vector3d p_camera = pose.T_camera_world * p_world;
     const double distance_m = p_camera.norm();
-    if (distance_m > kRange_m || distance_m <= kMargin_m) return false;
+    if (distance_m > kRange_m || distance_m <= kSightMargin_m) return false;
     const Camera& camera = task_.rig.cameras[pose.camera];
     const auto pixel = camera.Project(p_camera);
     if (!pixel || !camera.Contains(*pixel) || task_.stop.stop_requested()) return false;
     const Vector3d ray = (p_world - pose.T_world_camera.translation) / distance_m;
     return !rays_.Blocked(pose.T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                          static_cast<float>(distance_m - kMargin_m));
+                          static_cast<float>(distance_m - kSightMargin_m));
   }
 
   const RayScene& rays_;
@@ -282,7 +281,7 @@ void ObserveWall(const Scene& scene, const SceneWallFace& face, const IsSeen& is
   const double cell_m2 = ComputeLength(face) * face.height_m / (columns * rows);
   for (const Vector3d& p : MakeGrid(scene, face)) {
     // Before the face, so that its bending between the points of a patch does not hide it.
-    if (is_seen(p + 0.5 * kMargin_m * wall->normal)) wall->seen_world.push_back(p);
+    if (is_seen(p + 0.5 * kSightMargin_m * wall->normal)) wall->seen_world.push_back(p);
   }
   wall->seen_m2 = cell_m2 * static_cast<double>(wall->seen_world.size());
   ObserveOpenings(scene, face, is_seen, wall);
@@ -355,10 +354,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPipeRange_m = 8;
-constexpr double kPipeMargin_m = 0.01;   // a surface this near in front of a point does not hide it
-constexpr double kPipeInterval_s = 0.5;  // between frames that are looked at
-constexpr double kSample_m = 0.05;       // along an axis
+constexpr double kPipeMargin_m = 0.01;  // a surface this near in front of a point does not hide it
+constexpr double kSample_m = 0.05;      // along an axis
 
 // The places along the axis of a pipe that cameras see.
 class PipeWatch {
@@ -378,9 +375,9 @@ class PipeWatch {
     }
   }
 
-  std::vector<SeenInterval> Intervals() const {
+  std::vector<Interval> Intervals() const {
     const double step_m = (pipe_.b - pipe_.a).norm() / static_cast<double>(seen_.size());
-    std::vector<SeenInterval> stretches;
+    std::vector<Interval> stretches;
     for (size_t i = 0; i < seen_.size(); ++i) {
       if (!seen_[i]) continue;
       const size_t first = i;
@@ -401,7 +398,7 @@ class PipeWatch {
   bool Sees(const Camera& camera, const Vector3d& p_camera,
             const RigidTransform& T_world_camera) const {
     const double distance_m = p_camera.norm();
-    if (distance_m > kPipeRange_m || distance_m <= kPipeMargin_m) return false;
+    if (distance_m > kRange_m || distance_m <= kPipeMargin_m) return false;
     const auto pixel = camera.Project(p_camera);
     if (!pixel || !camera.Contains(*pixel)) return false;
     const Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
@@ -430,7 +427,7 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
   double next_s = 0;
   for (int frame = 0; frame < frames && !task.stop.stop_requested(); ++frame) {
     if (task.times_s[frame] < next_s) continue;
-    next_s = task.times_s[frame] + kPipeInterval_s;
+    next_s = task.times_s[frame] + kInterval_s;
     Look(task, task.times_s[frame], &watches);
   }
   std::vector<TruePipe> pipes;

@@ -13,6 +13,9 @@
 
 namespace slcmap::inline data {
 
+// A surface this near in front of a point does not hide it.
+inline constexpr double kSightMargin_m = 0.02;
+
 // The walls of a scene, nothing seen: planes of least squares where they are bent.
 std::vector<TrueWall> TrueWalls(const Scene& scene);
 

@@ -242,7 +242,6 @@ int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructur
 namespace {
 
 constexpr double kLeastArea_m2 = 1e-4;
-constexpr double kLeastHeight_m = 1e-4;
 constexpr Colour kSpaceColour{150, 190, 220};
 constexpr Colour kSlabColour{190, 188, 184};
 constexpr double kSpaceTransparency = 0.8;
@@ -266,7 +265,7 @@ bool HasArea(const Polygon& polygon) {
 
 std::string SpaceShape(const Room& room, const IfcPart& part, IfcFile* file) {
   const IfcContexts& contexts = file->contexts();
-  if (!room.height_m || !(*room.height_m > kLeastHeight_m)) {
+  if (!room.height_m || !(*room.height_m > kLeastSolid_m)) {
     std::vector<std::string> lines = {file->Polyline(room.polygon.outline, true)};
     for (const PlanPoints& hole : room.polygon.holes) lines.push_back(file->Polyline(hole, true));
     return file->Shape({file->Representation(contexts.footprint, "FootPrint", "Curve2D", lines)});

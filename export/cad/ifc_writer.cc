@@ -32,8 +32,6 @@ int AddIfcPipes(const MapResult& map, IfcStructure* structure, IfcFile* file);
 
 namespace {
 
-constexpr double kLeast_m = 1e-4;
-
 using Lines = std::vector<const MapLine*>;
 
 // In the order of storeys and axes.
@@ -145,7 +143,7 @@ int AddIfcLines(const MapResult& map, const IfcOptions& options, IfcStructure* s
   LineGroups groups;
   int left_out = 0;
   for (const MapLine& line : map.lines) {
-    if ((line.end_world - line.start_world).norm() < kLeast_m) {
+    if ((line.end_world - line.start_world).norm() < kLeastSolid_m) {
       ++left_out;
       continue;
     }
@@ -163,8 +161,6 @@ int AddIfcLines(const MapResult& map, const IfcOptions& options, IfcStructure* s
 }
 
 namespace {
-
-constexpr double kLeastPipe_m = 1e-4;
 
 void AddPipe(const MapPipe& pipe, IfcPart* part, IfcFile* file) {
   const Eigen::Vector3d floor = part->floor_m * Eigen::Vector3d::UnitZ();
@@ -190,7 +186,7 @@ void AddPipe(const MapPipe& pipe, IfcPart* part, IfcFile* file) {
 int AddIfcPipes(const MapResult& map, IfcStructure* structure, IfcFile* file) {
   int left_out = 0;
   for (const MapPipe& pipe : map.pipes) {
-    if ((pipe.end_world - pipe.start_world).norm() < kLeastPipe_m) {
+    if ((pipe.end_world - pipe.start_world).norm() < kLeastSolid_m) {
       ++left_out;
       continue;
     }

@@ -180,12 +180,11 @@ bool IsOnAssumedSide(const std::vector<CutBox>& boxes, const Vector2d& point) {
 }
 
 std::vector<Polygon> CutAreas(const std::vector<CutBox>& boxes, bool with_assumed) {
-  constexpr double kGrid_m = 1e-5;
   std::vector<Polygon> polygons;
   for (const CutBox& cut : boxes) {
     if (with_assumed || !cut.is_assumed) polygons.push_back(AsPolygon(cut.box));
   }
-  return Union(polygons, kGrid_m);
+  return Union(polygons, kOutlineGrid_m);
 }
 
 }  // namespace

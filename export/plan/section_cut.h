@@ -29,12 +29,11 @@ struct TallWall {
 
 // Those of the storeys that a view shows; walls whose top was not seen are 2.5 m high, as in IFC.
 inline std::vector<TallWall> TallWalls(const Building& building, const SectionView& view) {
-  constexpr double kAssumedHeight_m = 2.5;
   std::vector<TallWall> walls;
   for (const Storey& storey : building.storeys) {
     if (!view.Shows(storey.id)) continue;
     for (const WallSolid& solid : WallSolids(building, storey.id)) {
-      const WallHeight height = HeightOfWall(*solid.wall, building, kAssumedHeight_m);
+      const WallHeight height = HeightOfWall(*solid.wall, building);
       if (IsSolid(*solid.wall, height)) walls.push_back({solid, height});
     }
   }

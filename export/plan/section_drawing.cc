@@ -179,14 +179,13 @@ class BeyondCut {
   }
 
   void AddSides(const std::vector<const TallWall*>& walls) {
-    constexpr double kGrid_m = 1e-5, kLeastHole_m2 = 5e-3;
     std::vector<Polygon> pieces;
     std::vector<WallSolid> solids;
     for (const TallWall* wall : walls) {
       solids.push_back(wall->solid);
       pieces.push_back(MakePiece(wall->solid, 0, wall->solid.Length()));
     }
-    for (const Polygon& area : Union(pieces, kGrid_m)) {
+    for (const Polygon& area : Union(pieces, kOutlineGrid_m)) {
       AddRing(area.outline, walls, solids);
       for (const PlanPoints& hole : area.holes) {
         if (std::abs(SignedArea(hole)) > kLeastHole_m2) AddRing(hole, walls, solids);

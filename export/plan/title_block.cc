@@ -176,7 +176,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kTitle_mm = 4, kNote_mm = 2;
+constexpr double kTitle_mm = 4, kNote_mm = 2, kLine_mm = 4;
 
 DrawnPath Frame(const Vector2d& low, const Vector2d& high) {
   return {Pen::kFrame, {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
@@ -184,7 +184,7 @@ DrawnPath Frame(const Vector2d& low, const Vector2d& high) {
 
 // Title and notes, from the top of the title block down.
 std::vector<DrawnText> TitleTexts(const std::string& title, const std::vector<std::string>& notes) {
-  constexpr double kLeft_mm = kSheetBorder_mm + 4, kLine_mm = 4, kLowest_mm = kSheetBorder_mm + 2;
+  constexpr double kLeft_mm = kSheetBorder_mm + 4, kLowest_mm = kSheetBorder_mm + 2;
   double base_mm = kSheetBorder_mm + kTitleBlock_mm - 3 - kTitle_mm;
   std::vector<DrawnText> texts = {{title, {kLeft_mm, base_mm}, kTitle_mm, 0, Align::kLeft}};
   base_mm -= 1;
@@ -218,7 +218,7 @@ std::string FormatDate(const MapResult& map) {
 
 // One below the other, where plans have their arrow.
 Drawing PlaceNote(const std::vector<std::string>& lines) {
-  constexpr double kFirst_mm = 9, kLine_mm = 4;
+  constexpr double kFirst_mm = 9;
   Drawing note;
   double base_mm = kFirst_mm;
   for (const std::string& line : lines) {

@@ -68,7 +68,6 @@ std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const
 namespace {
 
 constexpr double kLeastSlabArea_m2 = 1e-4;
-constexpr double kLeastSlab_m = 1e-4;
 
 bool IsFloorOrCeiling(const BuildingPlane& plane) {
   return plane.kind == PlaneKind::kFloor || plane.kind == PlaneKind::kCeiling;
@@ -87,7 +86,7 @@ double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const B
   const bool is_floor = plane.kind == PlaneKind::kFloor;
   double thickness_m = slab_m;
   const auto keep_within = [&](double free_m, const Polygon& other) {
-    if (free_m < kLeastSlab_m || free_m >= thickness_m) return;
+    if (free_m < kLeastSolid_m || free_m >= thickness_m) return;
     if (IntersectionArea(polygon, other) > kLeastSlabArea_m2) thickness_m = free_m;
   };
   for (const BuildingPlane& other : building.planes) {
@@ -130,7 +129,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kLeastLength_m = 1e-3, kLeastThickness_m = 1e-3;
-constexpr double kGrid_m = 1e-5;
 
 Vector2d InPlan(const Building& building, const Vector2d& world) {
   return (building.T_map_world * Eigen::Vector3d(world.x(), world.y(), 0)).head<2>();
@@ -277,14 +275,13 @@ bool IsAssumedBorder(const std::vector<WallSolid>& solids, const Vector2d& point
 }
 
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {
-  constexpr double kLeastHole_m2 = 5e-3;  // smaller ones are slivers between walls
   std::vector<Polygon> pieces;
   for (const WallSolid& solid : solids) {
     for (const auto& [from_m, to_m] : Intervals(solid)) {
       pieces.push_back(MakePiece(solid, from_m, to_m));
     }
   }
-  std::vector<Polygon> areas = Union(pieces, kGrid_m);
+  std::vector<Polygon> areas = Union(pieces, kOutlineGrid_m);
   for (Polygon& area : areas) {
     std::erase_if(area.holes, [&](const PlanPoints& hole) {
       return std::abs(SignedArea(hole)) < kLeastHole_m2;

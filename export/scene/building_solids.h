@@ -25,6 +25,10 @@ std::optional<std::size_t> StoreyOfId(const Building& building, int64_t id);
 
 // The least extent of what is a solid (metres).
 inline constexpr double kLeastSolid_m = 1e-4;
+// Smaller holes between walls are slivers.
+inline constexpr double kLeastHole_m2 = 5e-3;
+// What outlines are cut and united on.
+inline constexpr double kOutlineGrid_m = 1e-5;
 
 struct WallHeight {
   double floor_m = 0;  // of its storey, in world
@@ -34,7 +38,8 @@ struct WallHeight {
 
 // From the floor of the wall's storey to its ceiling, else as high as the wall's planes were seen,
 // else as assumed.
-WallHeight HeightOfWall(const PlanWall& wall, const Building& building, double assumed_height_m);
+WallHeight HeightOfWall(const PlanWall& wall, const Building& building,
+                        double assumed_height_m = 2.5);
 
 // False where a wall has no length, thickness or height.
 bool IsSolid(const PlanWall& wall, const WallHeight& height);

@@ -53,7 +53,6 @@ class PlaneFrame {
 };
 
 void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLayer* layer) {
-  constexpr double kGrid_m = 1e-5;
   if (plane.outline_world.size() < 3) return;
   const PlaneFrame frame(plane);
   std::vector<PlanPoints> cuts;
@@ -64,7 +63,8 @@ void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLaye
   };
   for (const PlaneOpening& opening : plane.openings) add_cut(opening.outline_world);
   for (const auto& hole_world : LevelHoles(plane, building)) add_cut(hole_world);
-  for (const Polygon& part : Difference({frame.In(plane.outline_world), {}}, cuts, kGrid_m)) {
+  for (const Polygon& part :
+       Difference({frame.In(plane.outline_world), {}}, cuts, kOutlineGrid_m)) {
     for (const PlanTriangle& t : Triangulate(part)) {
       layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});
     }

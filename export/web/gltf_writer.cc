@@ -256,7 +256,6 @@ using Extras = tinygltf::Value::Object;
 
 constexpr Colour kWallColour{222, 219, 211};
 constexpr Colour kPlaneColour{200, 198, 192};
-constexpr double kAssumedHeight_m = 2.5;  // of walls whose top was not seen, as in IFC
 
 tinygltf::Value MakeValue(double value) { return tinygltf::Value(value); }
 tinygltf::Value MakeValue(int64_t value) { return tinygltf::Value(static_cast<int>(value)); }
@@ -355,7 +354,7 @@ class GltfLayers {
   void AddWalls() {
     const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(map_.building);
     for (const PlanWall& wall : map_.building.walls) {
-      const WallHeight height = HeightOfWall(wall, map_.building, kAssumedHeight_m);
+      const WallHeight height = HeightOfWall(wall, map_.building);
       MeshLayer mesh;
       const auto solid = solids.find(&wall);
       const WallBack back = solid == solids.end() ? WallBack() : ComputeBack(solid->second);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -30,32 +29,16 @@ Json OptionalJson(const std::optional<Value>& value) {
 }
 
 // The middle of what is there, in whole metres: coordinates relative to it are small.
-class Bounds {
- public:
-  void Add(const Eigen::Vector3d& p_world) {
-    low_ = low_.cwiseMin(p_world);
-    high_ = high_.cwiseMax(p_world);
-  }
-  Eigen::Vector3d Middle() const {
-    if (!(low_.x() <= high_.x())) return Eigen::Vector3d::Zero();
-    return (0.5 * (low_ + high_)).array().round();
-  }
-
- private:
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d low_ = Eigen::Vector3d::Constant(kNone);
-  Eigen::Vector3d high_ = Eigen::Vector3d::Constant(-kNone);
-};
-
 Eigen::Vector3d GetOrigin(const MapResult& map) {
-  Bounds bounds;
-  for (const StampedPose& pose : map.trajectory) bounds.Add(pose.T_world_imu.translation);
+  Eigen::AlignedBox3d bounds;
+  for (const StampedPose& pose : map.trajectory) bounds.extend(pose.T_world_imu.translation);
   for (const MapLine& line : map.lines) {
-    bounds.Add(line.start_world);
-    bounds.Add(line.end_world);
+    bounds.extend(line.start_world);
+    bounds.extend(line.end_world);
   }
-  for (const MapPoint& point : map.points) bounds.Add(point.p_world);
-  return bounds.Middle();
+  for (const MapPoint& point : map.points) bounds.extend(point.p_world);
+  if (bounds.isEmpty()) return Eigen::Vector3d::Zero();
+  return bounds.center().array().round();
 }
 
 void Append(const Eigen::Vector3d& p_m, std::vector<float>* values) {
@@ -352,15 +335,11 @@ namespace {
 
 constexpr std::string_view kMark = "@SLCMAP_MAP@";
 
-struct EndDeflate {
-  void operator()(z_stream* stream) const { deflateEnd(stream); }
-};
-
 // In the zlib format, which browsers call "deflate".
 std::string Deflate(std::string bytes, int level, const Progress& progress) {
   z_stream stream{};
   if (deflateInit(&stream, level) != Z_OK) throw Error("zlib: cannot be set up");
-  const std::unique_ptr<z_stream, EndDeflate> end(&stream);
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, deflateEnd);
   constexpr std::size_t kStep = 1 << 20;
   std::string compressed, room(kStep, '\0');
   std::size_t done = 0;

@@ -6,7 +6,6 @@ namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kMaxSigma_px = 100;
-constexpr double kMaxChi2 = 1e6;
 
 constexpr OptionTable kTable{
     Option{"enabled", &AdjustmentOptions::enabled, false, true},

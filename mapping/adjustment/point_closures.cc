@@ -13,8 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMinCorrelation = 0.8;  // of a point's patch with where it is seen again
-
 // Which views look at a place alike.
 constexpr double kMaxAngle_rad = 0.35;     // at a point, between where the cameras are
 constexpr double kMaxDistanceShare = 0.6;  // of how far away the farthest point is
@@ -214,13 +212,10 @@ class PointSearch {
     const double within_px =
         3 * pixels_.focal_px() * (sigma.position_m / p_older.z() + sigma.yaw_rad) +
         options_.point_tolerance_px;
-    PatchSearchOptions search;
-    search.min_correlation = kMinCorrelation;
     const Vector2d from_px = pixels_.DistortToPixel(pixels_.True(from.places[index]));
     std::vector<Vector2d> places;
-    for (const Eigen::Vector2f& px :
-         SearchPatch(older_image, from_px.cast<float>(), newer_image, *warp,
-                     std::min(within_px, kMaxSearch_px), search)) {
+    for (const Eigen::Vector2f& px : SearchPatch(older_image, from_px.cast<float>(), newer_image,
+                                                 *warp, std::min(within_px, kMaxSearch_px))) {
       places.push_back(pixels_.UnprojectToPlane(px.cast<double>()));
     }
     return places;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "data/core/math.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/align/plan_votes.h"
 
@@ -35,7 +36,6 @@ constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
 constexpr double kNudge_m = 0.3;
-constexpr double kDegree_rad = std::numbers::pi / 180;
 constexpr double kCandidatesUntil = 0.5;  // share of the time, about
 
 // A place that was fitted and compared.
@@ -238,8 +238,7 @@ class Aligner {
   // As --at takes it.
   static std::string InWords(const RigidTransform& T) {
     const Eigen::Vector3d& t = T.translation;
-    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(),
-                       ComputeYaw(T) / kDegree_rad);
+    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(), ComputeYaw(T) / kDegree);
   }
 
   const AlignmentOptions& options_;

@@ -4,16 +4,11 @@
 #include <vector>
 
 #include "data/io/map_line.h"
+#include "mapping/lines/map_lines.h"
 #include "mapping/lines/options.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline mapping {
-
-// The lines of a map, marks among them, and what is known of them.
-struct LinesOfMap {
-  std::vector<MapLine> lines;
-  LineEvidence evidence;
-};
 
 // Both are in one world. Lines that are one within what is known of both, and within alignment_m,
 // become one line as mapping/lines/line_merging merges them: where the best known is, with the

@@ -19,7 +19,6 @@ using Eigen::Vector3d;
 
 constexpr double kMaxPointSigma_m = 0.05;  // points that are less certain are left out
 constexpr double kBehind_m = 0.15;         // a ray that ends so far behind a face went through it
-constexpr int kMaxRays = 2000000;  // of the rays, beyond which only every so manieth is looked at
 
 constexpr double kUprightSine = 0.3;       // of the normals of upright surfaces
 constexpr double kLeastNormal = 0.5;       // shorter: unknown
@@ -116,7 +115,7 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
   const std::vector<int> level_of = CollectLevels(input.rays, levels);
-  const FreeSpaceRays rays(input.rays, kMaxRays);
+  const FreeSpaceRays rays(input.rays);
   const auto threads = static_cast<size_t>(std::max(1, cv::getNumThreads()));
   std::vector<std::vector<FreeSpace>> of_threads(threads, spaces);
   const auto add_view = [&](size_t view, std::vector<FreeSpace>* some) {
@@ -185,7 +184,7 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
     }
   }
   const std::vector<int> level_of = CollectLevels(input.rays, levels);
-  const FreeSpaceRays rays(input.rays, kMaxRays);
+  const FreeSpaceRays rays(input.rays);
   std::vector<std::pair<size_t, size_t>> faces;  // level, and face of it
   for (size_t i = 0; i < data->size(); ++i) {
     for (size_t k = 0; k < (*data)[i].faces.size(); ++k) faces.emplace_back(i, k);

@@ -20,6 +20,7 @@ using Eigen::Vector2d;
 constexpr double kNormalTolerance_deg = 15;  // between a point's normal and that of its face
 constexpr double kMinFace_m2 = 0.15;         // of surface measured on it
 constexpr double kJoinGap_m = 3;             // pieces of one plane so far apart are one face
+constexpr double kJoinTurn = 0.035;          // between them, at most
 
 constexpr int kMaxHeadings = 24;
 constexpr int kHeadingBins = 180;         // of half a turn: a degree each
@@ -184,9 +185,9 @@ class HeadingSearch {
     const double step_m = std::abs(first.At(s) - second.At(s));
     const double turn = std::abs(first.slope - second.slope);
     const double turn_sigma = std::hypot(first.slope_sigma, second.slope_sigma);
-    constexpr double kMostStep_m = 0.04, kMostTurn = 0.035;
+    constexpr double kMostStep_m = 0.04;
     return step_m <= std::min(std::max(2 * sigma_m, options_.merge_m), kMostStep_m) &&
-           turn <= std::min(std::max(2 * turn_sigma, 0.005), kMostTurn);
+           turn <= std::min(std::max(2 * turn_sigma, 0.005), kJoinTurn);
   }
 
   void Join(std::vector<FoundFace>* faces) const {
@@ -265,8 +266,7 @@ double SigmaAt(const Face& face, double along_m) {
 
 // Whether a face goes on along the line of another, which was found by another heading.
 bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& options) {
-  constexpr double kMostTurn = 0.035;
-  if (stronger.normal.dot(face.normal) < std::cos(kMostTurn)) return false;
+  if (stronger.normal.dot(face.normal) < std::cos(kJoinTurn)) return false;
   const double a = stronger.MeasureAlong(face.PointAt(face.from_m));
   const double b = stronger.MeasureAlong(face.PointAt(face.to_m));
   const double gap_m = std::max(a - stronger.to_m, stronger.from_m - b);

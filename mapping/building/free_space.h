@@ -62,7 +62,7 @@ std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera,
 class FreeSpaceRays {
  public:
   // `seen` must outlive it.
-  FreeSpaceRays(const std::vector<ViewRays>& seen, size_t max_rays);
+  explicit FreeSpaceRays(const std::vector<ViewRays>& seen, size_t max_rays = 2000000);
 
   size_t views() const { return seen_.size(); }
 

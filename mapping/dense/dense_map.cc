@@ -7,12 +7,12 @@
 #include <cmath>
 #include <future>
 #include <limits>
+#include <opencv2/core/utility.hpp>
 #include <utility>
 
 #include "data/core/error.h"
 #include "data/core/parallel.h"
 #include "mapping/dense/depth_fusion.h"
-#include "mapping/map/parallel.h"
 #include "mapping/map/rays.h"
 #include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
@@ -236,17 +236,17 @@ std::vector<DepthWindow::ConfirmedView> DepthWindow::Next() {
   };
   const std::size_t next_read = std::min(read_ + kBatch, count);
   window_.resize(next_read - first_);
-  ParallelFor(read_, next_read, options_.threads, [&](std::size_t i) { Read(i); });
+  ParallelFor(read_, next_read, cv::getNumThreads(), [&](std::size_t i) { Read(i); });
   for (std::size_t i = read_; i < next_read; ++i) without_images_ += At(i).left.empty() ? 1 : 0;
   read_ = next_read;
 
   const std::size_t next_refined = ready(read_);
-  ParallelFor(refined_, next_refined, options_.threads, [&](std::size_t i) { Refine(i); });
+  ParallelFor(refined_, next_refined, cv::getNumThreads(), [&](std::size_t i) { Refine(i); });
   refined_ = next_refined;
 
   const std::size_t begin = confirmed_;
   std::vector<ConfirmedView> done(ready(refined_) - begin);
-  ParallelFor(begin, begin + done.size(), options_.threads, [&](std::size_t i) {
+  ParallelFor(begin, begin + done.size(), cv::getNumThreads(), [&](std::size_t i) {
     done[i - begin] = {selected_[i], Confirm(i)};
   });
   confirmed_ += done.size();
@@ -334,7 +334,7 @@ DenseMap BuildDense(const Views& views, const ViewImages& images, const DenseOpt
     }
   };
   // Views are fused in their order, on a thread of their own while the next are read and matched.
-  const auto policy = options.threads > 1 ? std::launch::async : std::launch::deferred;
+  const auto policy = cv::getNumThreads() > 1 ? std::launch::async : std::launch::deferred;
   std::future<void> fused;
   while (!window.is_done()) {
     const double share = static_cast<double>(window.read()) / static_cast<double>(selected.size());

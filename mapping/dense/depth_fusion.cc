@@ -214,13 +214,13 @@ bool Shadows(const Surfel& other, const Surfel& surfel, double voxel_m) {
 
 // Of the surfels along a normal the best known stays. Those that stay, in their order.
 std::vector<Surfel> ThinnedOut(const std::vector<Surfel>& surfels, const SurfelIndex& index,
-                               double voxel_m, int threads) {
+                               double voxel_m) {
   const auto comes_first = [&](std::size_t a, std::size_t b) {
     if (surfels[a].weight != surfels[b].weight) return surfels[a].weight > surfels[b].weight;
     return surfels[a].key < surfels[b].key;
   };
   std::vector<std::vector<std::size_t>> shadowed_by(surfels.size());
-  ParallelFor(0, surfels.size(), threads, [&](std::size_t i) {
+  ParallelFor(surfels.size(), [&](std::size_t i) {
     index.ForEachNear(surfels[i], kReach, [&](std::size_t j, const Surfel& other) {
       if (comes_first(j, i) && Shadows(other, surfels[i], voxel_m)) shadowed_by[i].push_back(j);
     });
@@ -284,11 +284,11 @@ std::vector<DensePoint> DepthFusion::Points() const {
             [](const Surfel& a, const Surfel& b) { return a.key < b.key; });
   const SurfelIndex index(surfels);
   std::vector<Surfel> flat(surfels.size());
-  ParallelFor(0, surfels.size(), options_.threads,
+  ParallelFor(surfels.size(),
               [&](std::size_t i) { flat[i] = OntoPlane(surfels[i], index, options_.voxel_m); });
   std::vector<DensePoint> points;
   const SurfelIndex flat_index(flat);
-  for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m, options_.threads)) {
+  for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m)) {
     points.push_back(
         {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey))});
   }

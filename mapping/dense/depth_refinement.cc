@@ -92,11 +92,6 @@ struct WarpedPatch {
   bool is_inside = false;
 };
 
-// The grey values around places in an image.
-struct Corners {
-  Taps top_left, top_right, bottom_left, bottom_right;
-};
-
 // Places in an image, all inside, with how far they move with inverse depth.
 struct TapPixels {
   Taps u, v, du, dv;
@@ -107,18 +102,18 @@ void Sample(const cv::Mat& image, const TapPixels& at, WarpedPatch* patch) {
   const Eigen::Array<int, kPatchLanes, 1> columns = at.u.cast<int>(), rows = at.v.cast<int>();
   const float* pixels = image.ptr<float>();
   const auto stride = static_cast<std::ptrdiff_t>(image.step1());
-  Corners c;
+  Taps top_left, top_right, bottom_left, bottom_right;  // grey values around the places
   for (int tap = 0; tap < kPatchLanes; ++tap) {
     const float* top = pixels + rows[tap] * stride + columns[tap];
-    c.top_left[tap] = top[0];
-    c.top_right[tap] = top[1];
-    c.bottom_left[tap] = top[stride];
-    c.bottom_right[tap] = top[stride + 1];
+    top_left[tap] = top[0];
+    top_right[tap] = top[1];
+    bottom_left[tap] = top[stride];
+    bottom_right[tap] = top[stride + 1];
   }
   const Taps x = at.u - columns.cast<float>(), y = at.v - rows.cast<float>();
-  const Taps across_top = c.top_right - c.top_left, across_bottom = c.bottom_right - c.bottom_left;
-  const Taps upper = c.top_left + x * across_top;
-  const Taps down = c.bottom_left + x * across_bottom - upper;
+  const Taps across_top = top_right - top_left, across_bottom = bottom_right - bottom_left;
+  const Taps upper = top_left + x * across_top;
+  const Taps down = bottom_left + x * across_bottom - upper;
   patch->values = upper + y * down;
   patch->slopes = at.du * (across_top + y * (across_bottom - across_top)) + at.dv * down;
 }

@@ -67,15 +67,10 @@ PlacedFeatures MatchFeatures(const StereoImage& from, const StereoImage& to,
   return placed;
 }
 
-struct MeasuredStep {
-  RigidTransform T_from_to;
-  double turn_sigma_rad = INFINITY, way_sigma_m = INFINITY;
-};
-
-// By what each half of the points says alone: where these are few or beside each other, both
-// differ.
-MeasuredStep WithSpread(const RigidTransform& T_from_to, const std::vector<PlacedRay>& rays) {
-  MeasuredStep step{T_from_to};
+// Of the camera, by what each half of the points says alone: where these are few or beside each
+// other, both differ.
+BodyStep WithSpread(const RigidTransform& T_from_to, const std::vector<PlacedRay>& rays) {
+  BodyStep step{.T_from_to = T_from_to, .turn_sigma_rad = INFINITY, .way_sigma_m = INFINITY};
   std::array<std::vector<PlacedRay>, 2> halves;
   for (size_t i = 0; i < rays.size(); ++i) halves[i % 2].push_back(rays[i]);
   const auto first = SolvePlaced(halves[0], T_from_to), second = SolvePlaced(halves[1], T_from_to);
@@ -86,8 +81,8 @@ MeasuredStep WithSpread(const RigidTransform& T_from_to, const std::vector<Place
   return step;
 }
 
-std::optional<MeasuredStep> CameraStep(const StereoImage& from, const StereoImage& to,
-                                       const ViewImages& images) {
+std::optional<BodyStep> CameraStep(const StereoImage& from, const StereoImage& to,
+                                   const ViewImages& images) {
   if (from.left.empty() || from.right.empty() || to.left.empty()) return std::nullopt;
   const PlacedFeatures placed = MatchFeatures(from, to, images);
   if (placed.rays.size() < kLeastPlaced) return std::nullopt;
@@ -122,7 +117,7 @@ std::optional<MeasuredStep> CameraStep(const StereoImage& from, const StereoImag
 std::vector<std::pair<size_t, size_t>> PairsToCompare(const std::vector<StereoEntry>& images,
                                                       const std::vector<int64_t>& preferred_ns,
                                                       double spacing_s) {
-  constexpr double kLeastApart = 0.8, kMostApart = 2.5;  // times the spacing
+  constexpr double kLeastApart = 0.8;  // times the spacing
   std::vector<size_t> among, all;
   for (size_t i = 0; i < images.size(); ++i) {
     all.push_back(i);
@@ -135,7 +130,7 @@ std::vector<std::pair<size_t, size_t>> PairsToCompare(const std::vector<StereoEn
       const double apart_s =
           ToSeconds(images[among[second]].stamp_ns - images[among[first]].stamp_ns);
       if (apart_s < kLeastApart * spacing_s) continue;
-      if (apart_s < kMostApart * spacing_s) pairs.emplace_back(among[first], among[second]);
+      if (apart_s < kMostStepsApart * spacing_s) pairs.emplace_back(among[first], among[second]);
       break;
     }
   }
@@ -154,7 +149,7 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
   for (const auto& [first, second] : pairs) entries.insert(entries.end(), {first, second});
   const std::unique_ptr<ViewImages> images = OpenImages(recording, entries);
   const RigidTransform& T_imu_camera = images->rig().T_imu_camera[0];
-  std::vector<std::optional<MeasuredStep>> found(pairs.size());
+  std::vector<std::optional<BodyStep>> found(pairs.size());
   const auto measure = [&](size_t i) {
     found[i] = CameraStep(images->Read(2 * i), images->Read(2 * i + 1), *images);
   };
@@ -162,10 +157,11 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
   std::vector<BodyStep> steps;
   for (size_t i = 0; i < pairs.size(); ++i) {
     if (!found[i]) continue;
-    steps.push_back({recording.images[pairs[i].first].stamp_ns,
-                     recording.images[pairs[i].second].stamp_ns,
-                     T_imu_camera * found[i]->T_from_to * T_imu_camera.Inverse(),
-                     found[i]->turn_sigma_rad, found[i]->way_sigma_m});
+    BodyStep step = *found[i];
+    step.from_ns = recording.images[pairs[i].first].stamp_ns;
+    step.to_ns = recording.images[pairs[i].second].stamp_ns;
+    step.T_from_to = T_imu_camera * step.T_from_to * T_imu_camera.Inverse();
+    steps.push_back(step);
   }
   return steps;
 }
@@ -226,20 +222,19 @@ double EstimateScale(const std::vector<StepPair>& pairs, double* sigma) {
 }
 
 PoseOff ComputePoseOffsets(const std::vector<StepPair>& pairs, double scale) {
-  constexpr double kMostSigmas = 8;
   PoseOff off;
   std::vector<double> turns_rad, ways_m;
   double sum = 0;
   for (const StepPair& pair : pairs) {
     turns_rad.push_back(pair.known.T_from_to.rotation.angularDistance(pair.posed.rotation));
     ways_m.push_back((pair.known.T_from_to.translation - scale * pair.posed.translation).norm());
-    sum += std::min(kMostSigmas,
+    sum += std::min(kMostStepSigmas,
                     std::hypot(turns_rad.back() / kTurnSigma_rad, ways_m.back() / kWaySigma_m));
   }
   off.steps = static_cast<int>(std::ssize(pairs));
   off.turn_rad = Quantile(turns_rad, 0.5);
   off.way_m = Quantile(ways_m, 0.5);
-  off.cost = pairs.empty() ? kMostSigmas : sum / static_cast<double>(pairs.size());
+  off.cost = pairs.empty() ? kMostStepSigmas : sum / static_cast<double>(pairs.size());
   return off;
 }
 

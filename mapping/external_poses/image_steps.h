@@ -33,14 +33,17 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
                                     const std::vector<std::pair<size_t, size_t>>& pairs,
                                     const Progress& progress = {});
 
-inline constexpr int kLeastSteps = 6;                                // that tell anything
-inline constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02;  // of a step, about
+inline constexpr double kStepOfPoses_s = 0.45, kMostStepsApart = 2.5;  // spacing, and times it
+inline constexpr int kLeastSteps = 6;                                  // that tell anything
+inline constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02;    // of a step, about
+inline constexpr double kMostStepSigmas = 8;                           // that a step costs
+inline constexpr double kMuchBetter = 0.5;                             // of what a reading costs
 
 // How far poses are off known movements: medians over these.
 struct PoseOff {
   int steps = 0;  // with a pose at both ends
   double turn_rad = 0, way_m = 0;
-  double cost = 0;  // mean of both in standard deviations, at most 8 for each step
+  double cost = 0;  // mean of both in standard deviations, at most kMostStepSigmas a step
 };
 
 // A known movement and what poses say of it.

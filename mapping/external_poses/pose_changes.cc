@@ -66,9 +66,9 @@ Trajectory WithPositionsIn(const Eigen::Matrix3d& axes, Trajectory poses) {
 
 }  // namespace
 
-std::string WordsOfOtherAxes(const std::vector<PosesToTry>& readings, const PoseForm& given,
+std::string WordsOfOtherAxes(const std::vector<Reading>& readings, const PoseForm& given,
                              const PoseOff& otherwise) {
-  constexpr double kMuchBetter = 0.5, kFits = 1.5;  // standard deviations
+  constexpr double kFits = 1.5;  // standard deviations
   double least = std::min(kFits, kMuchBetter * otherwise.cost);
   std::string words;
   const auto compare = [&](const PoseOff& off, const std::string& of_it) {
@@ -76,14 +76,14 @@ std::string WordsOfOtherAxes(const std::vector<PosesToTry>& readings, const Pose
     least = off.cost;
     words = of_it;
   };
-  for (const PosesToTry& reading : readings) {
+  for (const Reading& reading : readings) {
     for (const Eigen::Matrix3d& axes : AxesAlongOthers()) {
       const bool is_mirrored = axes.determinant() < 0;
       compare(OffIn(reading.poses, StepsInAxes(reading.steps, axes), given),
               fmt::format("{} (axes x, y, z that are {} of the {})",
                           is_mirrored ? "the poses are mirrored, in left-handed axes"
                                       : "the poses are those of a body that is turned",
-                          AxesInWords(axes), reading.sensor));
+                          AxesInWords(axes), reading.form.IsOfCamera() ? "left camera" : "IMU"));
       if (!is_mirrored) continue;
       compare(OffIn(WithPositionsIn(axes, reading.poses), reading.steps, given),
               fmt::format("the positions are mirrored, in left-handed axes (x, y, z are {} of the "
@@ -96,19 +96,15 @@ std::string WordsOfOtherAxes(const std::vector<PosesToTry>& readings, const Pose
 
 namespace {
 
-struct StepOff {
-  double turn_rad = 0, way_m = 0;
-};
-
-StepOff OffStep(const StepPair& pair, double scale) {
-  return {pair.known.T_from_to.rotation.angularDistance(pair.posed.rotation),
-          (pair.known.T_from_to.translation - scale * pair.posed.translation).norm()};
+PoseOff OffStep(const StepPair& pair, double scale) {
+  return {.turn_rad = pair.known.T_from_to.rotation.angularDistance(pair.posed.rotation),
+          .way_m = (pair.known.T_from_to.translation - scale * pair.posed.translation).norm()};
 }
 
-bool IsOff(const StepPair& pair, double scale, const StepOff& usual) {
+bool IsOff(const StepPair& pair, double scale, const PoseOff& usual) {
   constexpr double kLeast_rad = 0.015, kLeast_m = 0.04, kSigmas = 5, kTimes = 3;
   constexpr double kTurnShare = 0.03, kWayShare = 0.1;
-  const StepOff off = OffStep(pair, scale);
+  const PoseOff off = OffStep(pair, scale);
   const double turned_rad = LogRotation(pair.known.T_from_to.rotation).norm(),
                moved_m = pair.known.T_from_to.translation.norm();
   return off.turn_rad > kLeast_rad + kSigmas * pair.known.turn_sigma_rad + kTimes * usual.turn_rad +
@@ -119,7 +115,7 @@ bool IsOff(const StepPair& pair, double scale, const StepOff& usual) {
 
 // The longest of several steps on end that are off.
 std::string DescribeLongestInterval(const std::vector<StepPair>& pairs, double scale,
-                                    const StepOff& usual, const std::string& who) {
+                                    const PoseOff& usual, const std::string& who) {
   constexpr size_t kLeastOff = 3;
   size_t longest = 0, end = 0, here = 0;
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -127,10 +123,11 @@ std::string DescribeLongestInterval(const std::vector<StepPair>& pairs, double s
     if (here > longest) longest = here, end = i + 1;
   }
   if (longest < kLeastOff) return "";
-  StepOff most;
+  PoseOff most;
   for (size_t i = end - longest; i < end; ++i) {
-    const StepOff off = OffStep(pairs[i], scale);
-    most = {std::max(most.turn_rad, off.turn_rad), std::max(most.way_m, off.way_m)};
+    const PoseOff off = OffStep(pairs[i], scale);
+    most.turn_rad = std::max(most.turn_rad, off.turn_rad);
+    most.way_m = std::max(most.way_m, off.way_m);
   }
   return fmt::format(
       "from {:.3f} to {:.3f} s the poses are off by up to {:.1f} degrees and {:.3f} m (by {} {}; "
@@ -198,8 +195,7 @@ std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::
     return pair.known.turn_sigma_rad > kKnown_rad || pair.known.way_sigma_m > kKnown_m;
   });
   if (std::ssize(pairs) < kLeastPairs) return "";
-  const PoseOff medians = ComputePoseOffsets(pairs, scale);
-  const StepOff usual{medians.turn_rad, medians.way_m};
+  const PoseOff usual = ComputePoseOffsets(pairs, scale);
   std::vector<std::string> words = {DescribeLongestInterval(pairs, scale, usual, who)};
   std::erase_if(pairs, [&](const StepPair& pair) { return IsOff(pair, scale, usual); });
   if (std::ssize(pairs) >= kLeastPairs) {

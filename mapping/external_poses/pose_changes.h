@@ -6,21 +6,23 @@
 #include <string>
 #include <vector>
 
+#include "data/io/pose_file.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 #include "mapping/external_poses/image_steps.h"
 
 namespace slcmap::inline mapping {
 
-struct PosesToTry {
-  std::string sensor;           // that they may be of, for the words
+// Poses of a file as those of one form.
+struct Reading {
+  PoseForm form;
   Trajectory poses;             // without offset and scale
   std::vector<BodyStep> steps;  // of the sensor
 };
 
 // What is wrong with the axes of body or world; "" where none that lie along others make the poses
 // agree with the steps, twice as well as they do `otherwise`.
-std::string WordsOfOtherAxes(const std::vector<PosesToTry>& readings, const PoseForm& given,
+std::string WordsOfOtherAxes(const std::vector<Reading>& readings, const PoseForm& given,
                              const PoseOff& otherwise);
 
 // Intervals of steps that poses are off, a drift of their heading, and a scale that is another from

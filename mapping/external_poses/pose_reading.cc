@@ -25,12 +25,6 @@ struct Tried {
 
 // Rows read in one way. Poses are those of the sensor, and so are the steps: scaled, its lever on
 // the IMU would be too.
-struct Reading {
-  PoseForm form;
-  Trajectory poses;  // without offset and scale
-  std::vector<BodyStep> steps;
-};
-
 // The movements of a sensor at T_imu_sensor.
 std::vector<BodyStep> StepsOfSensor(std::vector<BodyStep> steps,
                                     const RigidTransform& T_imu_sensor) {
@@ -290,7 +284,6 @@ void SetMoved(const std::vector<BodyStep>& steps, PoseReading* result) {
 std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
                                    const std::vector<Reading>& readings, int most) {
   constexpr size_t kMost = 100;
-  constexpr double kMostSigmas = 8;
   if (offsets_ns.size() <= kMost) return offsets_ns;
   std::vector<std::pair<double, int64_t>> costs;
   for (const Reading* reading : {&readings.front(), &readings.back()}) {  // of either order
@@ -301,7 +294,7 @@ std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
       for (const StepPair& pair : pairs) {
         const double apart_rad = LogRotation(pair.known.T_from_to.rotation).norm() -
                                  LogRotation(pair.posed.rotation).norm();
-        sum += std::min(kMostSigmas, std::abs(apart_rad) / kTurnSigma_rad);
+        sum += std::min(kMostStepSigmas, std::abs(apart_rad) / kTurnSigma_rad);
       }
       costs.emplace_back(sum / static_cast<double>(pairs.size()), offset_ns);
     }
@@ -316,7 +309,6 @@ std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
 // where too few steps have poses.
 std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readings,
                                                const PoseForm& given, PoseReading* result) {
-  constexpr double kMuchBetter = 0.5;
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
   result->given =
       ComputePoseOffsets(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
@@ -347,15 +339,12 @@ std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readi
 }
 
 // Of IMU and camera, otherwise as given.
-std::vector<PosesToTry> PosesToTurn(const std::vector<Reading>& readings, const PoseForm& given) {
-  std::vector<PosesToTry> poses;
-  for (const Reading& reading : readings) {
-    if (reading.form.quaternion != given.quaternion) continue;
-    if (reading.form.IsInverse() != given.IsInverse()) continue;
-    poses.push_back(
-        {reading.form.IsOfCamera() ? "left camera" : "IMU", reading.poses, reading.steps});
-  }
-  return poses;
+std::vector<Reading> ReadingsToTurn(std::vector<Reading> readings, const PoseForm& given) {
+  std::erase_if(readings, [&](const Reading& reading) {
+    return reading.form.quaternion != given.quaternion ||
+           reading.form.IsInverse() != given.IsInverse();
+  });
+  return readings;
 }
 
 // Of poses that a reading explains.
@@ -413,7 +402,7 @@ PoseReading ClassifyReading(const PoseTable& table, const PoseForm& given,
   result.is_explained = Explains(result.best, result);
   std::string of_axes;
   if (!result.is_explained || result.best.cost > kFits) {
-    of_axes = WordsOfOtherAxes(PosesToTurn(readings, given), given, result.best);
+    of_axes = WordsOfOtherAxes(ReadingsToTurn(readings, given), given, result.best);
   }
   if (result.is_explained && of_axes.empty()) {
     const Reading& reading = readings[of_best];

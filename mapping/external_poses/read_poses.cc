@@ -68,7 +68,7 @@ Eigen::Vector3d VelocityAt(const Trajectory& trajectory, bool at_end) {
 // Where up is by the accelerometer: the mean of its readings in the world of the poses, less what
 // the poses say that the rig accelerated.
 std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajectory& trajectory) {
-  constexpr double kLeastForce_m_s2 = 8, kMostPeriod_s = 0.25, kLeastSpan_s = 2;
+  constexpr double kMostPeriod_s = 0.25, kLeastSpan_s = 2;
   if (recording.imu.empty() || PeriodOfPoses_s(trajectory) > kMostPeriod_s) return std::nullopt;
   const double offset_s = recording.rig.camera_time_offset_s;
   Trajectory covered;
@@ -119,14 +119,13 @@ void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence
 ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
                                 const Sequence& recording, bool refuses_unexplained,
                                 const Progress& progress) {
-  constexpr double kStep_s = 0.45;
   const Clock clock = CollectStamps(recording);
   const PoseTable table = ReadPoseTable(path, form, clock);
   const RigidTransform& T_imu_camera = recording.rig.T_imu_camera[0];
   ExternalPoses given;
   given.trajectory = CollectPoses(table, form, T_imu_camera);
   if (IsStereo(recording.rig)) {
-    const double spacing_s = std::max(kStep_s, PeriodOfPoses_s(given.trajectory));
+    const double spacing_s = std::max(kStepOfPoses_s, PeriodOfPoses_s(given.trajectory));
     const auto pairs =
         PairsToCompare(recording.images, StampsWithPose(clock, given.trajectory), spacing_s);
     const std::vector<BodyStep> steps = StepsOfImages(recording, pairs, progress);

@@ -204,12 +204,8 @@ void KeepClear(const TrackedLine& line, double bin_m, const VisibilityDepths& de
 }
 
 // A bin counts a view once, whichever of its images shows it.
-struct ViewOfBins {
-  std::vector<char> looked, shown;
-};
-
 void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, double bin_m,
-              ViewOfBins* view) {
+              std::vector<char>* looked, std::vector<char>* shown) {
   const auto last = static_cast<int>(line.bins.size()) - 1;
   for (const LineSample& sample : samples) {
     if (sample.reach_m > kMaxReach_m) continue;
@@ -219,8 +215,8 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
     const int from = std::max(0, bin_of(sample.along_m - sample.reach_m + 0.5 * bin_m));
     const int to = std::min(last, bin_of(sample.along_m + sample.reach_m - 0.5 * bin_m));
     for (int i = from; i <= std::max(from, to) && i <= last; ++i) {
-      view->looked[i] = 1;
-      if (sample.is_edge) view->shown[i] = 1;
+      (*looked)[i] = 1;
+      if (sample.is_edge) (*shown)[i] = 1;
     }
   }
 }
@@ -230,7 +226,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                  const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = kBin_m, .min_gradient = MinGradient(*line)};
   const Interval bins = FindBins(*line);
-  ViewOfBins of_bins;
+  std::vector<char> looked, shown;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
     const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
@@ -238,11 +234,11 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
     if (!part || image.empty()) continue;
     std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
     KeepClear(*line, kBin_m, depths, view, camera, &samples);
-    if (of_bins.looked.empty()) {
-      of_bins.looked.assign(line->bins.size(), 0);
-      of_bins.shown.assign(line->bins.size(), 0);
+    if (looked.empty()) {
+      looked.assign(line->bins.size(), 0);
+      shown.assign(line->bins.size(), 0);
     }
-    MarkBins(samples, *line, kBin_m, &of_bins);
+    MarkBins(samples, *line, kBin_m, &looked, &shown);
     AddPlaces(samples, *part, view, camera, kFitPlaceStep_m, &line->places);
     for (const LineSample& sample : samples) {
       if (!sample.is_edge || sample.along_m < line->seen.from_m ||
@@ -254,10 +250,9 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
       line->brightness_sum += sample.brightness;
     }
   }
-  for (size_t i = 0; i < of_bins.looked.size(); ++i) {
-    line->bins[i].shown = static_cast<uint16_t>(line->bins[i].shown + of_bins.shown[i]);
-    line->bins[i].missed =
-        static_cast<uint16_t>(line->bins[i].missed + (of_bins.looked[i] && !of_bins.shown[i]));
+  for (size_t i = 0; i < looked.size(); ++i) {
+    line->bins[i].shown = static_cast<uint16_t>(line->bins[i].shown + shown[i]);
+    line->bins[i].missed = static_cast<uint16_t>(line->bins[i].missed + (looked[i] && !shown[i]));
   }
 }
 

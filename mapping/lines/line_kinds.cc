@@ -75,15 +75,11 @@ namespace {
 // of the building, unless it hardly stands out.
 constexpr double kLong_m = 0.8, kMinLongStep = 0.15;
 
-// Of the mean brightness: a step that lasts, or one that need not.
-struct LeastSteps {
-  double lasting = 0, beside = 0;
-};
-
-bool StandsOut(const TrackedLine& line, bool lasts, const LeastSteps& least) {
+// By a step that lasts, or one that need not; the least of both are of the mean brightness.
+bool StandsOut(const TrackedLine& line, bool lasts, double least_lasting, double least_beside) {
   const double brightness = std::max(line.brightness_sum, 1e-9);
-  return (lasts && line.lasting_sum >= least.lasting * brightness) ||
-         line.step_sum >= least.beside * brightness;
+  return (lasts && line.lasting_sum >= least_lasting * brightness) ||
+         line.step_sum >= least_beside * brightness;
 }
 
 }  // namespace
@@ -99,12 +95,13 @@ LineKind FindKind(const TrackedLine& line) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
   const bool is_in_texture = line.parallels >= kTextureLines;
-  const LeastSteps in_texture{kMinTexturedStep, kMinTrimStep};
-  if (is_in_texture && !StandsOut(line, lasts, in_texture)) return LineKind::kMark;
+  if (is_in_texture && !StandsOut(line, lasts, kMinTexturedStep, kMinTrimStep)) {
+    return LineKind::kMark;
+  }
   if (beside.flat_m < kMinFlatShare * known_m) return LineKind::kEdge;
   const double beside_step = all_m >= kLong_m ? kMinLongStep : kMinTrimStep;
-  const LeastSteps on_surface{kMinOutlineStep, beside_step};
-  return StandsOut(line, lasts, on_surface) ? LineKind::kOutline : LineKind::kMark;
+  return StandsOut(line, lasts, kMinOutlineStep, beside_step) ? LineKind::kOutline
+                                                              : LineKind::kMark;
 }
 
 namespace {

@@ -243,12 +243,12 @@ LineSurfaces::LineSurfaces(const std::vector<DensePoint>& cloud) : cloud_(cloud)
 
 LineSurfaces::Surface LineSurfaces::At(const Eigen::Vector3d& p_world,
                                        const Eigen::Vector3d& direction_world) const {
-  std::vector<int> found;
-  index_.Find(p_world, kAround_m, &found);
+  PointTree::Found found;
+  index_.FindWithin(p_world.cast<float>(), kAround_m, &found);
   const Eigen::Vector3d first = direction_world.unitOrthogonal();
   const Eigen::Vector3d second = direction_world.cross(first);
   std::vector<PointAcross> points;
-  for (const int i : found) {
+  for (const int i : found.items) {
     const DensePoint& point = cloud_[i];
     const Eigen::Vector3d offset = point.p_world - p_world;
     const Eigen::Vector2d normal(first.dot(point.normal_world), second.dot(point.normal_world));

@@ -60,7 +60,7 @@ class LineSurfaces {
   Surface At(const Eigen::Vector3d& p_world, const Eigen::Vector3d& direction_world) const;
 
   std::vector<DensePoint> cloud_;
-  DenseIndex index_;
+  PointTree index_;
 };
 
 // How many views look at a bin of a line, and how many of them show its edge.

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "data/core/parallel.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/lines/options.h"
-#include "mapping/map/parallel.h"
 #include "mapping/views/view.h"
 #include "odometry/frontend/options.h"
 

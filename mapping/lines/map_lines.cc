@@ -288,7 +288,7 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
   return FindAxes(directed);
 }
 
-BuiltLines BuildLines(const Views& views, const ViewImages& images,
+LinesOfMap BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
                       const VisibilityDepths& depths, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress) {

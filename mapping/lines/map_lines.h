@@ -37,7 +37,8 @@ std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
 // Those that are marks, which are taken out.
 std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines);
 
-struct BuiltLines {
+// The lines of a map, marks among them, and what is known of them.
+struct LinesOfMap {
   std::vector<MapLine> lines;
   LineEvidence evidence;
 };
@@ -46,7 +47,7 @@ struct BuiltLines {
 // views, and once more for those that this moved, finds the intervals that they are in, and merges
 // those that are one. The same views give the same lines, whatever the number of threads. Once
 // progress says so, the lines are those that were found so far.
-BuiltLines BuildLines(const Views& views, const ViewImages& images,
+LinesOfMap BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
                       const VisibilityDepths& depths, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress = {});

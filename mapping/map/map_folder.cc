@@ -297,7 +297,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   return id;
 }
 
-MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options) {
+MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& options) {
   const InputLock lock(folder);
   const std::string path = folder + "/";
   MapResult map;

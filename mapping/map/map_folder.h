@@ -6,6 +6,7 @@
 
 #include "data/io/output_folder.h"
 #include "mapping/map/map.h"
+#include "odometry/run/run_folder.h"
 
 namespace slcmap::inline mapping {
 
@@ -19,14 +20,10 @@ StageFiles MapFiles();
 std::string WriteMapFolder(const std::string& folder, const MapResult& map);
 std::string WriteMapFolder(OutputFolder* folder, const MapResult& map);
 
-struct MapReadOptions {
-  bool accept_changed = false;  // files that are not as they were written, as far as they are valid
-};
-
 // Reads what WriteMapFolder wrote; points come back rounded to float, without landmark ids. Throws
 // DataError, naming file and row, what was found and what was expected, when a file is missing,
 // damaged, changed or of another version.
-MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options = {});
+MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& options = {});
 
 // Where the map in a folder came from, by its summary alone. Throws DataError.
 MapSource MapSourceIn(const std::string& folder);

@@ -10,6 +10,16 @@ struct PointTree::Tree {
   pcl::KdTreeFLANN<pcl::PointXYZ> search;
 };
 
+namespace {
+
+std::vector<Eigen::Vector3f> DensePlaces(const std::vector<DensePoint>& cloud) {
+  std::vector<Eigen::Vector3f> places;
+  for (const DensePoint& point : cloud) places.push_back(point.p_world.cast<float>());
+  return places;
+}
+
+}  // namespace
+
 PointTree::PointTree(const std::vector<Eigen::Vector3f>& points) {
   if (points.empty()) return;
   const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
@@ -18,6 +28,8 @@ PointTree::PointTree(const std::vector<Eigen::Vector3f>& points) {
   tree->search.setInputCloud(cloud);
   tree_ = std::move(tree);
 }
+
+PointTree::PointTree(const std::vector<DensePoint>& cloud) : PointTree(DensePlaces(cloud)) {}
 
 PointTree::~PointTree() = default;
 
@@ -33,25 +45,6 @@ void PointTree::FindWithin(const Eigen::Vector3f& p, double radius_m, Found* fou
   found->squared_m2.clear();
   if (!tree_) return;
   tree_->search.radiusSearch({p.x(), p.y(), p.z()}, radius_m, found->items, found->squared_m2);
-}
-
-namespace {
-
-std::vector<Eigen::Vector3f> DensePlaces(const std::vector<DensePoint>& cloud) {
-  std::vector<Eigen::Vector3f> places;
-  for (const DensePoint& point : cloud) places.push_back(point.p_world.cast<float>());
-  return places;
-}
-
-}  // namespace
-
-DenseIndex::DenseIndex(const std::vector<DensePoint>& cloud) : tree_(DensePlaces(cloud)) {}
-
-void DenseIndex::Find(const Eigen::Vector3d& p_world, double radius_m,
-                      std::vector<int>* found) const {
-  PointTree::Found near;
-  tree_.FindWithin(p_world.cast<float>(), radius_m, &near);
-  *found = std::move(near.items);
 }
 
 }  // namespace slcmap::mapping

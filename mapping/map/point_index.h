@@ -70,6 +70,7 @@ class PointIndex {
 class PointTree {
  public:
   explicit PointTree(const std::vector<Eigen::Vector3f>& points);
+  explicit PointTree(const std::vector<DensePoint>& cloud);
   ~PointTree();
 
   // Indices of points, the nearest first.
@@ -84,19 +85,6 @@ class PointTree {
   // Whoever includes this has no need of PCL: it is no dependency of the installed package.
   struct Tree;
   std::unique_ptr<const Tree> tree_;  // null where there are no points
-};
-
-// The points of a dense cloud about a place.
-
-class DenseIndex {
- public:
-  explicit DenseIndex(const std::vector<DensePoint>& cloud);
-
-  // The indices of those within radius_m of a place (world, m), the nearest first.
-  void Find(const Eigen::Vector3d& p_world, double radius_m, std::vector<int>* found) const;
-
- private:
-  PointTree tree_;
 };
 
 }  // namespace slcmap::mapping

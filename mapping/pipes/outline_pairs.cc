@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "data/core/math.h"
+#include "data/core/parallel.h"
 #include "mapping/lines/line_samples.h"
-#include "mapping/map/parallel.h"
 #include "mapping/pipes/pipe_fit.h"
 #include "odometry/frontend/line_segment.h"
 
@@ -226,7 +226,7 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
     const auto cameras = cameras_of(view);
     const StereoImage read = coming.Next();
     // Not by cv::parallel_for_(), see LineFinder::LookAt().
-    ParallelFor(0, seen.size(), cv::getNumThreads(), [&](size_t k) {
+    ParallelFor(seen.size(), [&](size_t k) {
       for (int camera = 0; camera < 2; ++camera) {
         const auto pair = PairIn(camera == 0 ? read.left : read.right, images.images.mask(camera),
                                  cameras[camera], places[seen[k]]);

@@ -177,14 +177,14 @@ SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, dou
   const int pieces = std::max(1, static_cast<int>(std::ceil((to_m - from_m) / kPiece_m)));
   const double step_m = (to_m - from_m) / pieces;
   SurfaceAbout about;
-  std::vector<int> found;
+  PointTree::Found found;
   for (int piece = 0; piece < pieces; ++piece) {
     const double start_m = from_m + piece * step_m;
     const bool is_last = piece + 1 == pieces;
     const Vector3d middle =
         cylinder.axis.point_world + (start_m + 0.5 * step_m) * cylinder.axis.direction_world;
-    index_.Find(middle, std::hypot(0.5 * step_m, reach_m) + kSlack_m, &found);
-    for (const int i : found) {
+    index_.FindWithin(middle.cast<float>(), std::hypot(0.5 * step_m, reach_m) + kSlack_m, &found);
+    for (const int i : found.items) {
       const DensePoint& point = cloud_[i];
       const Vector3d way = point.p_world - cylinder.axis.point_world;
       const double along_m = cylinder.axis.direction_world.dot(way) - start_m;
@@ -214,12 +214,17 @@ bool RulesOutEdges(const RayEvidence& rays, const PipeOptions& options) {
   return by_most || (rays.told.squared >= kLeastSquared && gain >= kLeastShare * rays.told.squared);
 }
 
+constexpr double kEdgeSlack = 1.3, kEdgeFew = 3;
+
+// As a whole, the rays fit the cylinder about as well as an edge on each side.
+bool FitsAsEdges(const RayEvidence& rays) {
+  return rays.round.squared <= kEdgeSlack * rays.straight.squared + kEdgeFew;
+}
+
 // Neither an edge on each side nor one for each line does better.
 bool FitsNoWorse(const RayEvidence& rays) {
-  constexpr double kSlack = 1.3, kFew = 3, kMostOfOutline = 1;
-  return rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         rays.round.median <= kSlack * rays.own.median &&
-         rays.round.squared <= kMostOfOutline * rays.outlines;
+  return FitsAsEdges(rays) && rays.round.median <= kEdgeSlack * rays.own.median &&
+         rays.round.squared <= rays.outlines;
 }
 
 // The cloud does not bulge between the outlines, or it goes on beside them, as about a trim or the
@@ -235,14 +240,12 @@ bool IsContradicted(const Cylinder& cylinder, const SurfaceEvidence& surface,
 
 // The outlines fit edges as well, but the cloud bulges between them, and is behind beside them.
 bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
-  constexpr double kMostMedian = 0.2, kSlack = 1.3, kFew = 3;
+  constexpr double kMostMedian = 0.2;
   constexpr int kLeastPoints = 60;
   constexpr double kMostOff = 0.55, kLeastHighest = 0.7, kMostHighest = 1.1, kBehind = -0.3;
-  return rays.round.median <= kMostMedian &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         surface.points >= kLeastPoints && surface.off <= kMostOff &&
-         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
-         surface.beside <= kBehind;
+  return rays.round.median <= kMostMedian && FitsAsEdges(rays) && surface.points >= kLeastPoints &&
+         surface.off <= kMostOff && surface.highest >= kLeastHighest &&
+         surface.highest <= kMostHighest && surface.beside <= kBehind;
 }
 
 // Where the views should tell it from edges, and edges do better nevertheless.
@@ -257,14 +260,13 @@ bool PrefersEdges(const RayEvidence& rays) {
 bool IsConvexByDepth(const Cylinder& cylinder, const RayEvidence& rays,
                      const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 30, kLeastPoints = 80;
-  constexpr double kLeastBoth = 0.7, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
+  constexpr double kLeastBoth = 0.7, kMostOfOwn = 2.5;
   constexpr double kLeastLength_m = 1.5, kLeastRadius_m = 0.05;
   constexpr double kLeastHeight = 0.3, kLeastHighest = 0.55, kMostHighest = 1.2, kMostOff = 0.52;
   constexpr double kBehind = -0.5;
   return cylinder.radius_m >= kLeastRadius_m && surface.length_m >= kLeastLength_m &&
          rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         rays.round.squared <= kMostOfOwn * rays.own.squared + kFew &&
+         FitsAsEdges(rays) && rays.round.squared <= kMostOfOwn * rays.own.squared + kEdgeFew &&
          surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
          surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
          surface.off <= kMostOff && surface.beside <= kBehind && !PrefersEdges(rays);
@@ -275,11 +277,10 @@ bool IsConvexByDepth(const Cylinder& cylinder, const RayEvidence& rays,
 // flat strip, or a square bar seen from one side alone, but these seldom stand as free.
 bool IsFreeBar(const RayEvidence& rays, const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 60, kLeastPoints = 150;
-  constexpr double kLeastBoth = 0.85, kSlack = 1.3, kFew = 3;
-  constexpr double kLeastHeight = 0.15, kLeastHighest = 0.45, kMostHighest = 1.1, kBehind = -1;
+  constexpr double kLeastBoth = 0.85, kLeastHeight = 0.15, kLeastHighest = 0.45, kMostHighest = 1.1,
+                   kBehind = -1;
   return rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
+         FitsAsEdges(rays) && surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
          surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
          surface.beside <= kBehind;
 }

@@ -60,7 +60,7 @@ class CloudAboutPipes {
 
  private:
   const std::vector<DensePoint>& cloud_;
-  DenseIndex index_;
+  PointTree index_;
 };
 
 // Whether enough of the images show outlines on both sides, as of any pipe.

@@ -9,8 +9,8 @@
 #include <set>
 #include <tuple>
 
+#include "data/core/parallel.h"
 #include "mapping/map/map.h"
-#include "mapping/map/parallel.h"
 #include "mapping/pipes/outline_pairs.h"
 #include "odometry/geometry/pinhole.h"
 

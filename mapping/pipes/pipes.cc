@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 #include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_evidence.h"
 #include "mapping/pipes/pipe_finder.h"
@@ -18,6 +18,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMaxGap_m = 0.5;  // in a pipe
+constexpr double kOutlineSigmas = 2;
 
 struct JudgedPipe {
   const PipeCandidate* candidate = nullptr;
@@ -189,9 +190,9 @@ std::vector<Interval> Joined(std::vector<Interval> pieces) {
 // and touched by the rays to it, which those to an edge of the wall behind do not.
 bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
                       const PipeOptions& options) {
-  constexpr double kSlack_m = 0.008, kShare = 0.08, kSigmas = 2;
+  constexpr double kSlack_m = 0.008, kShare = 0.08;
   if (!IsAlong(outline, cylinder, options)) return false;
-  const double most_m = kSlack_m + kShare * cylinder.radius_m + kSigmas * outline.sigma_m;
+  const double most_m = kSlack_m + kShare * cylinder.radius_m + kOutlineSigmas * outline.sigma_m;
   for (const double distance_m : DistancesFromAxis_m(cylinder, outline)) {
     if (std::abs(distance_m - cylinder.radius_m) > most_m) return false;
   }
@@ -280,9 +281,9 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& interval
 // Whether a line lies on a pipe, along it: a seam, a glint, or an outline that few images show.
 bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
               const std::vector<Interval>& intervals, const PipeOptions& options) {
-  constexpr double kSlack_m = 0.005, kBeyond_m = 0.1, kSigmas = 2;
+  constexpr double kSlack_m = 0.005, kBeyond_m = 0.1;
   if (!IsAlong(outline, cylinder, options)) return false;
-  const double most_m = cylinder.radius_m + kSlack_m + kSigmas * outline.sigma_m;
+  const double most_m = cylinder.radius_m + kSlack_m + kOutlineSigmas * outline.sigma_m;
   if (std::ranges::max(DistancesFromAxis_m(cylinder, outline)) > most_m) return false;
   const auto is_on = [&](double along_m) {
     const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;

@@ -29,7 +29,6 @@ constexpr double kAssumedHeight_m = 2.4;  // of a storey whose ceiling was not s
 constexpr double kWall_m = 0.3;           // from a room, that its wall may take
 constexpr double kSigma_m = 0.03;         // of what is filled: as far from the plane it may be
 constexpr double kReach_m = 60;           // of rays from their cameras
-constexpr size_t kMaxRays = 2000000;      // looked at
 constexpr double kMaxCells = 4e7;
 
 double TopOf_m(const Storey& storey) {
@@ -40,7 +39,7 @@ double TopOf_m(const Storey& storey) {
 template <typename Use>
 void ForEachWay(const Storey& storey, const std::vector<ViewRays>& seen, double cell_m,
                 const Progress& progress, Use use) {
-  const FreeSpaceRays rays(seen, kMaxRays);
+  const FreeSpaceRays rays(seen);
   rays.ForSomeViews(progress.Part(0, 0), [&](size_t begin, size_t end_view) {
     for (size_t view = begin; view < end_view; ++view) {
       rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {

@@ -16,8 +16,6 @@ struct ViewSpacingOptions {
 
 // The options of dense mapping.
 struct DenseOptions {
-  int threads = 2;  // results are the same with any, so files do not hold it
-
   // Views that are looked at: so far from the one before, or turned by as much.
   double min_travel_m = 0.1;
   double min_turn_rad = 0.1;

@@ -123,7 +123,7 @@ std::string FindRecording(const OdometryRun& run, const std::string& sequence) {
 
 std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& folder) {
   std::map<int64_t, ViewFiles> files_at;
-  for (const RecordedImages& images : run.source->images) {
+  for (const StereoEntry& images : run.source->images) {
     files_at[images.stamp_ns] = {MakePath(images.left_path, folder),
                                  MakePath(images.right_path, folder)};
   }
@@ -221,7 +221,7 @@ std::string IdOfPoses(const OdometryRun& run) {
     contents += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", state.stamp_ns,
                             p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
   }
-  for (const RecordedImages& images : run.source->images) {
+  for (const StereoEntry& images : run.source->images) {
     contents += images.left_path + ' ' + images.right_path + '\n';
   }
   return Checksum(contents);
@@ -355,7 +355,7 @@ std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
   const fs::path folder = fs::weakly_canonical(FindRecording(run, sequence));
   std::string states = folder.string() + '\n';
-  for (const RecordedImages& images : run.source->images) {
+  for (const StereoEntry& images : run.source->images) {
     for (const std::string& file : {images.left_path, images.right_path}) {
       if (file.empty()) continue;  // of a pair whose right image is not used
       std::error_code error;

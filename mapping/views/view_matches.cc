@@ -22,6 +22,8 @@ using Eigen::Vector2f;
 constexpr int kMaxPlaces = 3;  // the best that are told
 constexpr double kMinApart_px = 3;
 
+constexpr int kSearchPatch_px = 15;
+constexpr double kMinPatchCorrelation = 0.8;  // with where it is seen again
 constexpr int kAlignIterations = 10;
 constexpr float kMinStep_px = 0.02f;
 constexpr float kMaxAligned_px = 2;  // from the pixel of best correlation
@@ -45,13 +47,13 @@ cv::Mat Expected(const cv::Mat& from, const Vector2f& from_px, const Matrix2f& a
 }
 
 // The best pixels of a map of correlations, each the only one near it.
-std::vector<cv::Point> Peaks(cv::Mat correlations, const PatchSearchOptions& options) {
+std::vector<cv::Point> Peaks(cv::Mat correlations) {
   std::vector<cv::Point> peaks;
   while (std::ssize(peaks) < kMaxPlaces) {
     double best = 0;
     cv::Point at;
     cv::minMaxLoc(correlations, nullptr, &best, nullptr, &at);
-    if (!(best >= options.min_correlation)) break;
+    if (!(best >= kMinPatchCorrelation)) break;
     peaks.push_back(at);
     cv::circle(correlations, at, static_cast<int>(std::ceil(kMinApart_px)), -1, cv::FILLED);
   }
@@ -61,26 +63,25 @@ std::vector<cv::Point> Peaks(cv::Mat correlations, const PatchSearchOptions& opt
 }  // namespace
 
 std::vector<Vector2f> SearchPatch(const cv::Mat& from, const Vector2f& from_px, const cv::Mat& to,
-                                  const PatchWarp& warp, double within_px,
-                                  const PatchSearchOptions& options) {
-  const cv::Mat expected = Expected(from, from_px, warp.affine, options.patch_px);
-  const int half = options.patch_px / 2, reach = static_cast<int>(std::ceil(within_px)) + half;
+                                  const PatchWarp& warp, double within_px) {
+  const cv::Mat expected = Expected(from, from_px, warp.affine, kSearchPatch_px);
+  const int half = kSearchPatch_px / 2, reach = static_cast<int>(std::ceil(within_px)) + half;
   const cv::Point centre(static_cast<int>(std::lround(warp.center_px.x())),
                          static_cast<int>(std::lround(warp.center_px.y())));
   const cv::Rect region(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1);
   if (expected.empty() || (region & cv::Rect({}, to.size())) != region) return {};
-  const PatchPattern pattern(options.patch_px);
+  const PatchPattern pattern(kSearchPatch_px);
   Patch patch;
   if (!patch.Extract(pattern, from, from_px, false)) return {};
   cv::Mat correlations;
   cv::matchTemplate(to(region), expected, correlations, cv::TM_CCOEFF_NORMED);
   std::vector<Vector2f> places;
-  for (const cv::Point& peak : Peaks(correlations, options)) {
+  for (const cv::Point& peak : Peaks(correlations)) {
     const Vector2f coarse(static_cast<float>(region.x + peak.x + half),
                           static_cast<float>(region.y + peak.y + half));
     PatchWarp aligned{coarse, warp.affine};
     const float correlation = patch.Align(pattern, to, kAlignIterations, kMinStep_px, &aligned);
-    if (correlation < options.min_correlation) continue;
+    if (correlation < kMinPatchCorrelation) continue;
     if ((aligned.center_px - coarse).norm() > kMaxAligned_px) continue;
     places.push_back(aligned.center_px);
   }
@@ -168,8 +169,7 @@ ViewMatches MatchPoints(const std::vector<ViewPoint>& points, const cv::Mat& fro
     const auto nearer = expected.At(points[i].px, kNearer * points[i].inverse_depth);
     if (!warp || !centre || !nearer || !IsWithin(*centre, to)) continue;
     ++matches.searched;
-    const auto places = SearchPatch(from, points[i].px.cast<float>(), to, *warp, kSearched_px,
-                                    PatchSearchOptions());
+    const auto places = SearchPatch(from, points[i].px.cast<float>(), to, *warp, kSearched_px);
     const Vector2d way = *nearer - *centre;
     if (places.size() != 1 || way.norm() < 1e-3) continue;
     const Vector2d across = Vector2d(-way.y(), way.x()).normalized();

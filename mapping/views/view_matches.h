@@ -13,18 +13,13 @@
 
 namespace slcmap::inline mapping {
 
-struct PatchSearchOptions {
-  int patch_px = 15;
-  double min_correlation = 0.8;
-};
-
 // Where a patch of `from` about a pixel is seen in `to`, within some pixels of a place: `warp` says
 // where it is expected, and how offsets in one image look in the other. The places of best
 // correlation, aligned to sub-pixels; none where the patch has no texture or reaches beyond an
 // image.
 std::vector<Eigen::Vector2f> SearchPatch(const cv::Mat& from, const Eigen::Vector2f& from_px,
-                                         const cv::Mat& to, const PatchWarp& warp, double within_px,
-                                         const PatchSearchOptions& options);
+                                         const cv::Mat& to, const PatchWarp& warp,
+                                         double within_px);
 
 // A corner of a left image with the depth that its pair gives it.
 struct ViewPoint {

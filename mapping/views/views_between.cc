@@ -79,7 +79,7 @@ using Eigen::Vector3d;
 constexpr double kNear_s = 0.02;
 constexpr int kLeastPoses = 20;
 // Motion averages out to a small part of gravity; a frame that is another one's turns with the rig.
-constexpr double kMostTilt_rad = 10 * std::numbers::pi / 180, kLeastForce_m_s2 = 8;
+constexpr double kMostTilt_rad = 10 * std::numbers::pi / 180;
 
 // The sample nearest in time; none where that is far. Samples are sorted.
 const ImuSample* Nearest(const std::vector<ImuSample>& imu, int64_t stamp_ns) {

@@ -39,6 +39,8 @@ class SelectedImages : public ViewImages {
   const std::vector<size_t> selected_;
 };
 
+inline constexpr double kLeastForce_m_s2 = 8;  // of gravity's, else samples are no m/s^2
+
 // The mean specific force at the poses, in their world, m/s^2: about (0, 0, 9.8) where they are
 // those of the IMU and z is up. Images stamped t were taken at t + camera_time_offset_s of the
 // IMU's clock. None where few poses have a sample within 20 ms, or

@@ -226,7 +226,7 @@ bool Crowded(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d& 
 }  // namespace
 
 CornerDetector::CornerDetector(const cv::Mat& image, const cv::Mat& mask, double cell_px,
-                               const GradientNoise& noise, const CornerDetectorOptions& options)
+                               const GradientNoise& noise, double min_response)
     : image_(image),
       mask_(mask),
       inner_(kBorder_px, kBorder_px, image.cols - 2 * kBorder_px, image.rows - 2 * kBorder_px),
@@ -235,8 +235,8 @@ CornerDetector::CornerDetector(const cv::Mat& image, const cv::Mat& mask, double
       searched_(columns_ * rows_),
       corners_(columns_ * rows_) {
   for (int grey = 0; grey < 256; ++grey) {
-    least_by_grey_.push_back(static_cast<float>(std::max(
-        options.min_response * options.min_response, kMinOverNoise * noise.VarianceAt(grey))));
+    least_by_grey_.push_back(static_cast<float>(
+        std::max(min_response * min_response, kMinOverNoise * noise.VarianceAt(grey))));
   }
 }
 

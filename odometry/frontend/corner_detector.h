@@ -37,16 +37,13 @@ class GradientNoise {
   std::vector<Level> levels_;  // where they could be measured
 };
 
-struct CornerDetectorOptions {
-  double min_response = 2;  // grey values a pixel across the direction of least texture
-};
-
 // The corners of one image. Its cells, of about cell_px, are searched when they are first needed.
 class CornerDetector {
  public:
-  // `image` (8 bit) and `mask` must outlive the detector; `noise` is that of the image.
+  // `image` (8 bit) and `mask` must outlive the detector; `noise` is that of the image, and
+  // min_response in grey values a pixel across the direction of least texture.
   CornerDetector(const cv::Mat& image, const cv::Mat& mask, double cell_px,
-                 const GradientNoise& noise, const CornerDetectorOptions& options);
+                 const GradientNoise& noise, double min_response);
 
   // Returns at most max_count integer pixels where `mask` is not 0, at least min_distance_px from
   // each other and from `occupied`. Cells without any point come first, then by response.

@@ -86,13 +86,11 @@ class PointTracker::Impl {
   // Where there are few corners, they may lie closer to each other.
   void DetectLeft() {
     if (std::ssize(points_) >= options_.max_points) return;
-    CornerDetectorOptions corner_options;
-    corner_options.min_response = options_.min_corner_gradient;
     const double cell_px =
         std::max(options_.min_distance_px,
                  std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
     CornerDetector detector(left_[0], mask_, cell_px, GradientNoise(left_[0], mask_),
-                            corner_options);
+                            options_.min_corner_gradient);
     for (const double share : {1.0, kCloserShare}) {
       AddCorners(share * options_.min_distance_px, &detector);
     }

@@ -14,7 +14,7 @@
 #include "data/core/types.h"
 #include "data/core/verdict.h"
 #include "data/io/trajectory.h"
-#include "data/source/sequence_source.h"
+#include "data/source/sequence.h"
 
 namespace slcmap::inline odometry {
 
@@ -201,13 +201,6 @@ struct RunTimings {
   std::optional<RealTimeReport> real_time;  // of a recording played at its own pace
 };
 
-// Where the images of a pair are, in the folder of the recording.
-struct RecordedImages {
-  int64_t stamp_ns = 0;
-  std::string left_path;
-  std::string right_path;  // "" where there is none
-};
-
 // Where a run came from: what is needed to repeat it, and to open its images again.
 struct RunSource {
   std::string version;                       // of slcmap
@@ -217,7 +210,7 @@ struct RunSource {
   std::vector<CheckCorrection> corrections;  // of that calibration, made before the start
   Rig raw_rig;  // the cameras as calibrated and corrected; the rectifier's options lead from it to
                 // OdometryRun::rectified_rig
-  std::vector<RecordedImages> images;     // all, by stamp
+  std::vector<StereoEntry> images;        // all, by stamp; paths are in that folder
   std::vector<std::string> check_errors;  // that the run went on in spite of, in words
   SequenceOptions opened = {};            // how the recording was opened
 };

@@ -146,7 +146,7 @@ void CheckCounts(const std::string& folder, const Json& summary, const OdometryR
   }
 }
 
-OdometryRun ReadWholeRun(const std::string& folder, const RunReadOptions& options) {
+OdometryRun ReadWholeRun(const std::string& folder, const FolderReadOptions& options) {
   OdometryRun run;
   const Json summary = ReadRunSummary(folder + "/" + kSummary, &run);
   run.rectified_rig = ReadRig(folder + "/" + kRig);
@@ -197,7 +197,7 @@ void WriteRunFolder(OutputFolder* folder, const OdometryRun& run) {
   std::filesystem::remove_all(folder->path() + "/" + kJournalFolder);
 }
 
-OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& options) {
+OdometryRun ReadRunFolder(const std::string& folder, const FolderReadOptions& options) {
   const InputLock lock(folder);
   const bool finished = std::filesystem::exists(folder + "/" + kSummary);
   return !finished && HasRunJournal(folder) ? ReadRunJournal(folder, options.accept_changed)

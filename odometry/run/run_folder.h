@@ -19,7 +19,8 @@ StageFiles RunFiles();
 void WriteRunFolder(const std::string& folder, const OdometryRun& run);
 void WriteRunFolder(OutputFolder* folder, const OdometryRun& run);
 
-struct RunReadOptions {
+// How folders of runs and maps are read.
+struct FolderReadOptions {
   bool accept_changed = false;  // files that are not as they were written, as far as they are valid
 };
 
@@ -28,7 +29,7 @@ struct RunReadOptions {
 // what nothing depends on, timings.json, is left out with a warning where it is damaged. Throws
 // DataError, naming file and row, what was found and what was expected, when a file is missing,
 // damaged, changed or of another version.
-OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& options = {});
+OdometryRun ReadRunFolder(const std::string& folder, const FolderReadOptions& options = {});
 
 // The id of the finished run in a folder; "" where there is none that says so.
 std::string RunIdIn(const std::string& folder);

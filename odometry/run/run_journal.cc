@@ -70,7 +70,7 @@ void WriteRunSource(const std::string& folder, const RunSource& source) {
   WriteRig(folder + "/" + kRawRig, source.raw_rig);
   WriteFile(folder + "/" + kOptions, source.options);
   std::string rows = std::string(kImageHeader) + "\n";
-  for (const RecordedImages& images : source.images) {
+  for (const StereoEntry& images : source.images) {
     rows += fmt::format("{},{},{}\n", images.stamp_ns, images.left_path, images.right_path);
   }
   WriteFile(folder + "/" + kImages, rows);

@@ -312,9 +312,10 @@ Json FiguresJson(const RunFigures& figures) {
   return json;
 }
 
+constexpr int64_t kMaxCount = 1'000'000'000'000;
+
 RunFigures ParseFigures(const std::string& path, const Json& json) {
   constexpr double kMaxFigure = 1e300;
-  constexpr int64_t kMaxCount = 1'000'000'000'000;
   RunFigures figures;
   for (const auto& [name, member] : kRunFigures) {
     if (!json.contains(name)) continue;
@@ -455,7 +456,6 @@ void WriteTimings(const std::string& path, const RunTimings& timings) {
 
 RunTimings ReadTimings(const std::string& path) {
   constexpr double kMaxFigure = 1e12;
-  constexpr int64_t kMaxCount = 1'000'000'000'000;
   return ParseJsonFile(path, [&](const Json& json) {
     const auto figure = [&](const Json& object, const char* key) {
       return BoundedAt(path, object, key, 0.0, kMaxFigure);

@@ -233,9 +233,9 @@ void JudgeSegments(const OdometryRun& run, Verdict* verdict) {
 // Images of the recording, from the first pose on, that have none.
 void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* verdict) {
   if (!run.source || run.source->images.empty() || !run.complete) return;
-  const std::vector<RecordedImages>& images = run.source->images;
+  const std::vector<StereoEntry>& images = run.source->images;
   const int64_t first_ns = run.states.front().stamp_ns;
-  const auto since = std::count_if(images.begin(), images.end(), [&](const RecordedImages& image) {
+  const auto since = std::count_if(images.begin(), images.end(), [&](const StereoEntry& image) {
     return image.stamp_ns >= first_ns;
   });
   const double share = static_cast<double>(run.states.size()) / static_cast<double>(since);

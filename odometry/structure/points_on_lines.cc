@@ -15,24 +15,15 @@ constexpr double kArea_px = 48;  // side of the areas that points and lines are 
 
 enum class Alignment { kOn, kOff, kUnclear };
 
-struct SegmentOffset {
-  double across_px = 0;
-  double beyond_px = 0;  // the nearer end; 0 inside
-};
-
-SegmentOffset FindPlace(const Eigen::Vector2d& point, const LineSegment& segment) {
+Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& segment) {
   const Eigen::Vector2d direction = (segment.end - segment.start).normalized();
   const Eigen::Vector2d from_start = point - segment.start;
-  const double along = from_start.dot(direction);
-  return {std::abs(from_start.x() * direction.y() - from_start.y() * direction.x()),
-          std::max({0.0, -along, along - segment.Length()})};
-}
-
-Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& segment) {
-  const SegmentOffset place = FindPlace(point, segment);
-  if (place.beyond_px > kMaxBeyond_px) return Alignment::kUnclear;
-  if (place.across_px > kMinApart_px) return Alignment::kOff;
-  return place.across_px <= kMaxDistance_px ? Alignment::kOn : Alignment::kUnclear;
+  const double along_px = from_start.dot(direction);
+  if (std::max(-along_px, along_px - segment.Length()) > kMaxBeyond_px) return Alignment::kUnclear;
+  const double across_px =
+      std::abs(from_start.x() * direction.y() - from_start.y() * direction.x());
+  if (across_px > kMinApart_px) return Alignment::kOff;
+  return across_px <= kMaxDistance_px ? Alignment::kOn : Alignment::kUnclear;
 }
 
 // In both images; what one of them did not see is unclear.

@@ -260,10 +260,15 @@ def replace_section(path, head, text):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        return print(__doc__.strip())
     if len(sys.argv) not in (2, 4) or (len(sys.argv) == 4 and sys.argv[2] != "--real"):
         sys.exit(__doc__)
-    with open(sys.argv[1], encoding="utf-8") as file:
-        report = json.load(file)
+    try:
+        with open(sys.argv[1], encoding="utf-8") as file:
+            report = json.load(file)
+    except OSError as error:
+        sys.exit(f"{sys.argv[1]}: {error.strerror}, expected a compare.json")
     if len(sys.argv) == 4:
         replace_section(sys.argv[3], REAL_HEAD, real_half(report))
     else:

@@ -44,8 +44,8 @@ void Measure(const std::string& folder, const std::string& sequence,
   const auto start = std::chrono::steady_clock::now();
   const FoundPipes found = FindPipes(map, options.pipes, &images);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const PipeInputs inputs{folder, sequence + "/truth/pipes.csv"};
-  const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
+  const ComparedFiles inputs{sequence + "/truth/pipes.csv", folder};
+  const std::vector<TruePipe> truth = ReadTruePipes(inputs.truth);
   const std::vector<MapPipe> pipes = Aligned(trajectory.absolute.front().alignment, found.pipes);
   for (const MapPipe& pipe : pipes) {
     Print(pipe, EvaluatePipes(truth, {pipe}).false_pipes == 0);

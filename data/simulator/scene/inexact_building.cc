@@ -7,6 +7,7 @@
 #include <random>
 
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/file.h"
 #include "data/io/yaml.h"
 #include "data/simulator/scene/scene_builder.h"
@@ -17,12 +18,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / M_PI;
-
 constexpr int kWaves = 4;  // a coordinate
 constexpr double kShortestWave_m = 6, kLongestWave_m = 18;
 constexpr double kMaxDisplacement_m[3] = {0.02, 0.02, 0.01};  // of all waves together
-constexpr double kMaxTurn_rad = 0.5 / kDegrees, kMaxLean_rad = 0.2 / kDegrees;
+constexpr double kMaxTurn_rad = 0.5 / kDegreesPerRadian, kMaxLean_rad = 0.2 / kDegreesPerRadian;
 constexpr double kMaxShift_m = 0.01;  // of any part of a fitting by its turn, and by its lean
 // Posters and plates are as near to their wall as 6 mm, and have to stay before it.
 constexpr double kThin_m = 0.05, kMaxThinShift_m = 0.0025;
@@ -247,12 +246,12 @@ double ComputeBend(const std::vector<Vector3d>& points) {
 Vector2d ComputeTurn(const Scene& scene, const TrueEdge& edge, const Vector3d& chord) {
   if (edge.axis < 0) {
     const Vector3d exact = edge.b - edge.a;
-    return {kDegrees * std::atan2(exact.cross(chord).norm(), exact.dot(chord)), 0};
+    return {kDegreesPerRadian * std::atan2(exact.cross(chord).norm(), exact.dot(chord)), 0};
   }
   const Vector3d direction = WingTurn(scene, edge.wing).inverse() * chord;
   const double along = direction[edge.axis];
-  return kDegrees * Vector2d(std::atan(direction[(edge.axis + 1) % 3] / along),
-                             std::atan(direction[(edge.axis + 2) % 3] / along));
+  return kDegreesPerRadian * Vector2d(std::atan(direction[(edge.axis + 1) % 3] / along),
+                                      std::atan(direction[(edge.axis + 2) % 3] / along));
 }
 
 void MoveEdges(const InexactBuilding& building, Scene* scene, InexactTruth* truth) {
@@ -301,12 +300,13 @@ BodyDeviation MeasureDeviation(const Scene& scene, int index, const InexactBuild
   const Vector3d longer = half.x() >= half.y() ? chord(0) : chord(1), upright = chord(2);
   const OwnTurn& own = building.turn(index);
   BodyDeviation deviation{index, own.foot_world};
-  deviation.yaw_deg = kDegrees * (half.x() >= half.y() ? std::atan2(longer.y(), longer.x())
-                                                       : std::atan2(-longer.x(), longer.y()));
-  deviation.lean_deg = kDegrees * Vector2d(std::atan(upright.x() / upright.z()),
-                                           std::atan(upright.y() / upright.z()));
-  deviation.own_yaw_deg = kDegrees * own.yaw_rad;
-  deviation.own_lean_deg = kDegrees * own.lean_rad;
+  deviation.yaw_deg =
+      kDegreesPerRadian * (half.x() >= half.y() ? std::atan2(longer.y(), longer.x())
+                                                : std::atan2(-longer.x(), longer.y()));
+  deviation.lean_deg = kDegreesPerRadian * Vector2d(std::atan(upright.x() / upright.z()),
+                                                    std::atan(upright.y() / upright.z()));
+  deviation.own_yaw_deg = kDegreesPerRadian * own.yaw_rad;
+  deviation.own_lean_deg = kDegreesPerRadian * own.lean_rad;
   return deviation;
 }
 

@@ -157,7 +157,7 @@ TEST(LineMetrics, RecallOfWhatWasSeenClearlyStandsBesideThatOfAll) {
   EXPECT_NEAR(At(metrics, 0.01).clear_recall.value(), 0.5, 0.011);
   EXPECT_NEAR(At(metrics, 0.01).recall, 2.0 / 6, 0.011);
   EXPECT_NEAR(metrics.clear_length_m.value(), 2, 1e-12);
-  const LineInputs inputs{"edges.csv", "lines.ply"};
+  const ComparedFiles inputs{"edges.csv", "lines.ply"};
   EXPECT_THAT(LineTable(inputs, metrics),
               AllOf(HasSubstr("2.00 m of the edges seen clearly"), HasSubstr("clear recall %")));
   EXPECT_NEAR(LineJson(inputs, metrics)["scores"][0]["clear_recall"].get<double>(), 0.5, 0.011);
@@ -173,7 +173,7 @@ TEST(LineMetrics, MarksAreToBeOnNoEdge) {
   EXPECT_NEAR(metrics.marks_length_m, 2, 1e-9);
   EXPECT_NEAR(metrics.kinds[2].edges_called_marks, 1.0 / 4, 1e-9);
   EXPECT_NEAR(metrics.kinds[2].marks_called_edges, 2.0 / 3, 1e-9);
-  const LineInputs inputs{"edges.csv", "lines.ply"};
+  const ComparedFiles inputs{"edges.csv", "lines.ply"};
   EXPECT_THAT(LineTable(inputs, metrics),
               HasSubstr("0.05                      66.7                  25.0\n"));
   EXPECT_NEAR(LineJson(inputs, metrics)["kinds"]["scores"][2]["edges_called_marks"].get<double>(),
@@ -184,7 +184,7 @@ TEST(LineMetrics, NoLinesAndLinesWithoutExtentAreNoDivisionByZero) {
   const LineMetrics none = EvaluateLines(kTwoEdges, {}, {});
   EXPECT_EQ(At(none, 0.2).recall, 0);
   EXPECT_TRUE(std::isnan(At(none, 0.2).precision));
-  const LineInputs inputs{"edges.csv", "lines.ply"};
+  const ComparedFiles inputs{"edges.csv", "lines.ply"};
   EXPECT_TRUE(LineJson(inputs, none)["scores"][0]["precision"].dump() == "null");
   EXPECT_THAT(LineTable(inputs, none),
               HasSubstr("0.01           0.00       0.0           -           -\n"));
@@ -253,7 +253,7 @@ TEST(TrueEdges, DamagedFilesAreNamed) {
 TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   const std::vector<MapLine> lines = {Mapped({1, 0.03, 0}, {3, 0.03, 0})};
   const LineMetrics metrics = EvaluateLines(kTwoEdges, lines, {});
-  const LineInputs inputs{"edges.csv", "lines.ply"};
+  const ComparedFiles inputs{"edges.csv", "lines.ply"};
   EXPECT_THAT(LineTable(inputs, metrics),
               AllOf(HasSubstr("edges.csv, 6.00 m seen"), HasSubstr("1 lines of 2.00 m"),
                     HasSubstr("0.05           2.08      34.7       100.0        0.96\n"),

@@ -34,7 +34,7 @@ testing::MemorySource PartlyDark(double dark_s) {
   }
   const std::vector<ImuSample> imu = SimulateImu(task.motion, {}).samples;
   BoxRoomRenderer renderer(task, 2.5);
-  for (const PairRange& part : LiveliestParts(info, imu, kDuration_s - dark_s, dark_s)) {
+  for (const IndexRange& part : LiveliestParts(info, imu, kDuration_s - dark_s, dark_s)) {
     for (size_t i = part.first; i < part.end; ++i) {
       const RenderedPair pair = renderer.Render(static_cast<int>(i), false);
       pairs[i].left = pair.left;

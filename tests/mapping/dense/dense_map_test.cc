@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 
 #include "data/core/error.h"
 #include "data/io/ply.h"
@@ -21,7 +22,6 @@ DenseOptions SmallOptions() {
   DenseOptions options;
   options.grid_px = 4;
   options.min_travel_m = 0.05;
-  options.threads = 1;
   return options;
 }
 
@@ -35,10 +35,12 @@ bool AreEqual(const std::vector<DensePoint>& a, const std::vector<DensePoint>& b
 
 TEST(DenseMap, LiesOnTheWallsOfARoomOnAnyNumberOfThreads) {
   const RoomViews room(3, 0.25, 1.5);
-  DenseOptions on_three = SmallOptions();
-  on_three.threads = 3;
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
   const DenseMap map = BuildDense(room.views(), room, SmallOptions());
-  EXPECT_TRUE(AreEqual(map.points, BuildDense(room.views(), room, on_three).points));
+  cv::setNumThreads(3);
+  EXPECT_TRUE(AreEqual(map.points, BuildDense(room.views(), room, SmallOptions()).points));
+  cv::setNumThreads(threads);
   EXPECT_EQ(map.views_without_images, 0);
   ASSERT_GT(map.points.size(), 3000u);
   int64_t near = 0, inward = 0;

@@ -207,7 +207,7 @@ class LineEvidenceTest : public ::testing::Test {
 
   const Views views_ = MovingViews(11);
   const PaintedWall wall_{views_, {{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, kDistance_m};
-  const BuiltLines built_ =
+  const LinesOfMap built_ =
       BuildLines(views_, wall_, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions());
 };
 

@@ -185,13 +185,13 @@ DensePoint At(double x_m, double y_m) {
   return point;
 }
 
-TEST(DenseIndexTest, FindsWhatIsWithinTheRadiusTheNearestFirst) {
-  const DenseIndex index({At(0.3, 0), At(5, 5), At(0.1, 0), At(0, -0.2)});
-  std::vector<int> found{7};
-  index.Find({0, 0, 1}, 0.25, &found);
-  EXPECT_EQ(found, (std::vector<int>{2, 3}));
-  index.Find({-3, 0, 1}, 0.25, &found);
-  EXPECT_TRUE(found.empty());
+TEST(PointTree, FindsWhatIsWithinTheRadiusTheNearestFirst) {
+  const PointTree tree(std::vector<DensePoint>{At(0.3, 0), At(5, 5), At(0.1, 0), At(0, -0.2)});
+  PointTree::Found found{{7}, {}};
+  tree.FindWithin({0, 0, 1}, 0.25, &found);
+  EXPECT_EQ(found.items, (std::vector<int>{2, 3}));
+  tree.FindWithin({-3, 0, 1}, 0.25, &found);
+  EXPECT_TRUE(found.items.empty());
 }
 
 }  // namespace

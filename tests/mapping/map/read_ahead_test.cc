@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "mapping/map/parallel.h"
+#include "data/core/parallel.h"
 
 namespace slcmap {
 namespace {

@@ -155,7 +155,7 @@ TEST_F(SmallRecording, IsDecodedOnceForAllThatLookAtIt) {
 }
 
 TEST_F(SmallRecording, LosesNothingWhereARunHasNoRightImage) {
-  for (RecordedImages& images : run_.source->images) images.right_path = "";
+  for (StereoEntry& images : run_.source->images) images.right_path = "";
   const RecordedViews recorded = ViewsOfRun(run_, "");
   const StereoImage pair = recorded.images->Read(1);
   EXPECT_FALSE(pair.left.empty());

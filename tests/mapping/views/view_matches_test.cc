@@ -125,10 +125,10 @@ TEST(PatchSearch, FindsAPlaceBelowThePixel) {
   const Vector2f shift(3.3f, -6.6f), at(150, 100), truth = affine * at + shift;
   const cv::Mat to = Moved(from, affine, shift);
   const PatchWarp expected{truth + Vector2f(7, -5), affine};
-  const auto places = SearchPatch(from, at, to, expected, 12, {});
+  const auto places = SearchPatch(from, at, to, expected, 12);
   ASSERT_FALSE(places.empty());
   EXPECT_LT((places[0] - truth).norm(), 0.1f);
-  EXPECT_TRUE(SearchPatch(from, at, to, {truth + Vector2f(30, 0), affine}, 12, {}).empty());
+  EXPECT_TRUE(SearchPatch(from, at, to, {truth + Vector2f(30, 0), affine}, 12).empty());
 }
 
 TEST(PatchSearch, ARepeatedPatternHasSeveralPlaces) {
@@ -140,16 +140,16 @@ TEST(PatchSearch, ARepeatedPatternHasSeveralPlaces) {
   }
   cv::GaussianBlur(from, from, {0, 0}, 1);
   const auto places =
-      SearchPatch(from, {140, 100}, from, {{140, 100}, Eigen::Matrix2f::Identity()}, 25, {});
+      SearchPatch(from, {140, 100}, from, {{140, 100}, Eigen::Matrix2f::Identity()}, 25);
   EXPECT_EQ(places.size(), 3u);
 }
 
 TEST(PatchSearch, NothingIsFoundWithoutTextureOrBeyondTheBorder) {
   const cv::Mat texture = Texture(), grey(200, 300, CV_8UC1, cv::Scalar(90));
   const Eigen::Matrix2f same = Eigen::Matrix2f::Identity();
-  EXPECT_TRUE(SearchPatch(grey, {150, 100}, texture, {{150, 100}, same}, 10, {}).empty());
-  EXPECT_TRUE(SearchPatch(texture, {2, 100}, texture, {{150, 100}, same}, 10, {}).empty());
-  EXPECT_TRUE(SearchPatch(texture, {150, 100}, texture, {{295, 100}, same}, 10, {}).empty());
+  EXPECT_TRUE(SearchPatch(grey, {150, 100}, texture, {{150, 100}, same}, 10).empty());
+  EXPECT_TRUE(SearchPatch(texture, {2, 100}, texture, {{150, 100}, same}, 10).empty());
+  EXPECT_TRUE(SearchPatch(texture, {150, 100}, texture, {{295, 100}, same}, 10).empty());
 }
 
 }  // namespace

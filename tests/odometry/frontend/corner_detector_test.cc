@@ -21,11 +21,10 @@ const cv::Size kSize(608, 384);
 // As the tracker asks for them.
 std::vector<Eigen::Vector2d> Corners(const cv::Mat& image) {
   const PointTrackerOptions tracker;
-  CornerDetectorOptions options;
-  options.min_response = tracker.min_corner_gradient;
   const double cell_px = std::sqrt(static_cast<double>(image.total()) / tracker.max_points);
   const cv::Mat mask(image.size(), CV_8U, cv::Scalar(255));
-  CornerDetector detector(image, mask, cell_px, GradientNoise(image, mask), options);
+  CornerDetector detector(image, mask, cell_px, GradientNoise(image, mask),
+                          tracker.min_corner_gradient);
   return detector.Find({}, tracker.max_points, tracker.min_distance_px);
 }
 
@@ -90,7 +89,7 @@ TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers
   const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
   mask.colRange(0, 300) = 0;
-  CornerDetector detector(image, mask, 40, GradientNoise(image, mask), CornerDetectorOptions());
+  CornerDetector detector(image, mask, 40, GradientNoise(image, mask), 2);
   std::vector<Eigen::Vector2d> found = detector.Find({}, 200, 40);
   const size_t apart = found.size();
   EXPECT_GT(apart, 20u);
@@ -105,7 +104,7 @@ TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers
 TEST(CornerDetector, LooksFirstWhereThereIsNoPoint) {
   const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   const cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
-  CornerDetector detector(image, mask, 50, GradientNoise(image, mask), CornerDetectorOptions());
+  CornerDetector detector(image, mask, 50, GradientNoise(image, mask), 2);
   std::vector<Eigen::Vector2d> left_half;
   for (int v = 10; v < kSize.height; v += 20) {
     for (int u = 10; u < kSize.width / 2; u += 20) left_half.emplace_back(u, v);

@@ -176,7 +176,7 @@ TEST(Judge, ImagesWithoutAPoseAreCounted) {
 
 TEST(Judge, ALateStartIsDoubtful) {
   OdometryRun run = GoodRun();
-  for (RecordedImages& image : run.source->images) image.stamp_ns -= 20'000'000'000;
+  for (StereoEntry& image : run.source->images) image.stamp_ns -= 20'000'000'000;
   for (const OnlineState& state : run.states)
     run.source->images.push_back({state.stamp_ns, "", ""});
   EXPECT_EQ(Judged(run).level, VerdictLevel::kDoubtful);
