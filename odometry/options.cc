@@ -43,8 +43,8 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
 std::string OdometryOptions::ToYaml() const {
   OdometryOptions options = *this;
   return YamlSection::Dump([&](YamlSection* root) {
-    std::string method = MethodName(options.method);
-    root->Read("method", &method);
+    std::string name = MethodName(options.method);
+    root->Read("method", &name);
     ForEachSection(options,
                    [&](const char* key, auto& section) { section.Read(root->Section(key)); });
   });

@@ -83,7 +83,7 @@ class WallComparison {
     metrics->offset_95_m = QuantileFigure(offsets_m, 0.95);
     AddDistances(metrics);
     for (const auto& [plane, sum] : planes_) {
-      if (sum.count < kLeastPoints) continue;
+      if (static_cast<double>(sum.count) < kLeastPoints) continue;
       ++metrics->intervals;
       const bool holds = std::abs(sum.Mean()) <= 1.96 * building_.planes[plane].sigma_m;
       metrics->intervals_held += holds ? 1 : 0;

@@ -77,7 +77,7 @@ class SmoothNoise {
   double At(double t_s) const {
     double sum = 0;
     for (const Wave& wave : waves_) sum += std::sin(wave.omega_rad_s * t_s + wave.phase_rad);
-    return sum * std::sqrt(2.0 / std::size(waves_));
+    return sum * std::sqrt(2.0 / static_cast<double>(std::size(waves_)));
   }
 
  private:

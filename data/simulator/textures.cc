@@ -162,7 +162,7 @@ void DrawThing(Dice* dice, cv::Mat* image) {
       break;
     case 1:
       cv::ellipse(*image,
-                  cv::RotatedRect(cv::Point2f(box.x + 0.5f * w, box.y + 0.5f * h), cv::Size2f(w, h),
+                  cv::RotatedRect(0.5 * cv::Point2f(box.tl() + box.br()), cv::Size2f(box.size()),
                                   dice->Between(0, 180)),
                   value, cv::FILLED);
       break;

@@ -311,7 +311,7 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
 namespace {
 
 constexpr size_t kSteadyRows = 5;
-constexpr double kSteadySteps = 4;         // median steps, at most between rows that rise steadily
+constexpr int64_t kSteadySteps = 4;        // median steps, at most between rows that rise steadily
 constexpr double kClockForwardSteps = 10;  // median steps; a longer one may be a jump
 constexpr double kClockForward_s = 0.5;    // and longer than this: shorter ones are losses
 constexpr double kBreak_s = 0.35;          // without samples: more than odometry bridges
@@ -354,7 +354,7 @@ class StampRows {
       if (stamps_ns_[i] >= stamps_ns_[row])
         gap_ns = std::min(gap_ns, stamps_ns_[i] - stamps_ns_[last]);
     }
-    return gap_ns > 0 && static_cast<double>(gap_ns) <= kSteadySteps * step_ns_;
+    return gap_ns > 0 && gap_ns <= kSteadySteps * step_ns_;
   }
 
   // Whether rows up to `end` fill the step to `row`.
@@ -368,7 +368,7 @@ class StampRows {
 
  private:
   bool IsSteady(size_t row) const {
-    return Step_ns(row) > 0 && static_cast<double>(Step_ns(row)) <= kSteadySteps * step_ns_;
+    return Step_ns(row) > 0 && Step_ns(row) <= kSteadySteps * step_ns_;
   }
 
   const std::vector<int64_t>& stamps_ns_;
@@ -390,7 +390,8 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
                                       const std::function<bool(size_t, size_t)>& same) {
   const StampRows rows(stamps_ns);
   const int64_t step_ns = rows.usual_step_ns();
-  const double forward_ns = std::max(kClockForward_s * 1e9, kClockForwardSteps * step_ns);
+  const double forward_ns =
+      std::max(kClockForward_s * 1e9, kClockForwardSteps * static_cast<double>(step_ns));
   std::vector<ClockJump> jumps;
   size_t end = stamps_ns.size();  // of the clock of a row: what is behind a jump fills no step
   for (size_t i = stamps_ns.size(); i-- > 1;) {

@@ -246,7 +246,7 @@ class Adjustment {
       TakeBack([](const Closure&) { return true; });
       return Solve(progress.Part(0.9, 1), kSettled);
     }
-    return closing == Closing::kSettled;
+    return closing == Closing::kDone;
   }
 
   AdjustmentResult Result() {
@@ -278,7 +278,7 @@ class Adjustment {
   }
 
  private:
-  enum class Closing { kUnusable, kSettled, kUnsettled };
+  enum class Closing { kUnusable, kDone, kUnsettled };
 
   // Solves until no closure is taken back, or too often.
   Closing SolveTakingBack(const Progress& progress) {
@@ -289,7 +289,7 @@ class Adjustment {
       if (!Solve(part, kSettled)) return Closing::kUnusable;
       const int count = TakeBackClosures(links_, state_, model_, &closures_);
       figures_.closures_rejected += count;
-      if (count == 0) return Closing::kSettled;
+      if (count == 0) return Closing::kDone;
     }
     return Closing::kUnsettled;
   }

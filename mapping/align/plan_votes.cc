@@ -104,7 +104,7 @@ class Plan {
 
 // Votes by shift, which wraps around.
 cv::Mat1f Correlation(const PlanLayers& first, const PlanLayers& second, const Progress& progress) {
-  cv::Mat1f sum = cv::Mat1f::zeros(first[0].size()), product;
+  cv::Mat1f sum(first[0].size(), 0.F), product;
   for (int i = 0; i < kLayers; ++i) {
     constexpr bool kConjugateSecond = true;
     progress.ReportOrStop(static_cast<double>(i) / kLayers);

@@ -272,7 +272,7 @@ BuildingPlane MakePlane(const BuiltFace& built, const Level& level) {
 
 // The parts of a face with a room before them that ends there, but for short ones.
 std::vector<Face> PartsAtRooms(const WallFace& wall, const std::vector<Room>& rooms) {
-  constexpr double kBeside_m = 0.05, kLeast_m = 0.8;
+  constexpr double kNear_m = 0.05, kLeast_m = 0.8;
   const Face& face = wall.face;
   const auto is_inside = [&](double along_m, double before_m) {
     const Vector2d p = face.PointAt(along_m) + before_m * face.normal;
@@ -283,7 +283,7 @@ std::vector<Face> PartsAtRooms(const WallFace& wall, const std::vector<Room>& ro
   std::vector<Face> parts;
   bool was_border = false;
   for (double along_m = face.from_m; along_m < face.to_m; along_m += wall.step_m) {
-    const bool is_border = is_inside(along_m, kBeside_m) && !is_inside(along_m, -kBeside_m);
+    const bool is_border = is_inside(along_m, kNear_m) && !is_inside(along_m, -kNear_m);
     if (is_border && !was_border) {
       parts.push_back(face);
       parts.back().from_m = along_m;

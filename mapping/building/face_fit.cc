@@ -198,7 +198,8 @@ bool MeanAround(const HeadedSample* begin, const HeadedSample* end, double n, do
     ++count;
   }
   if (count < kLeastSamples) return false;
-  const double variance_m2 = std::max(1 / weight, merge_m * merge_m / (4.0 * count));
+  const double variance_m2 =
+      std::max(1 / weight, merge_m * merge_m / (4.0 * static_cast<double>(count)));
   *offset = {{s_sum / weight, n_sum / weight, variance_m2}, static_cast<double>(count)};
   return true;
 }

@@ -92,7 +92,7 @@ struct RimPart {
 };
 
 std::vector<RimPart> RimParts(const PlanPoints& outline, const MapLine& line) {
-  constexpr double kBeside_m = 0.06, kParallel = 0.998, kLevel = 0.01;
+  constexpr double kNear_m = 0.06, kParallel = 0.998, kLevel = 0.01;
   const Vector3d way = line.end_world - line.start_world;
   if (std::abs(way.z()) > kLevel * way.norm()) return {};
   const Vector2d a = line.start_world.head<2>(), b = line.end_world.head<2>();
@@ -101,7 +101,7 @@ std::vector<RimPart> RimParts(const PlanPoints& outline, const MapLine& line) {
     const Vector2d &from = outline[i], side = outline[(i + 1) % outline.size()] - from;
     const Vector2d along = side.normalized(), across(-along.y(), along.x());
     if (std::abs(along.dot(b - a)) < kParallel * (b - a).norm()) continue;
-    if (std::abs(across.dot(0.5 * (a + b) - from)) > kBeside_m) continue;
+    if (std::abs(across.dot(0.5 * (a + b) - from)) > kNear_m) continue;
     const auto [low_m, high_m] = std::minmax({along.dot(a - from), along.dot(b - from)});
     const RimPart part{i, std::max(low_m, 0.0), std::min(high_m, side.norm()),
                        0.5 * (line.start_world.z() + line.end_world.z()), line.sigma_m};

@@ -216,7 +216,8 @@ double UprightQuantile(const std::vector<SurfacePoint>& points, double low_m, do
     if (IsUpright(point) && z_m > low_m && z_m < high_m) heights.push_back(z_m);
   }
   if (heights.empty()) return otherwise_m;
-  const auto at = heights.begin() + static_cast<int64_t>(share * (heights.size() - 1));
+  const auto at =
+      heights.begin() + static_cast<int64_t>(share * static_cast<double>(heights.size() - 1));
   std::nth_element(heights.begin(), at, heights.end());
   return *at;
 }

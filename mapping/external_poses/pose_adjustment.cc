@@ -312,7 +312,7 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
   for (int round = 0; round < kRounds; ++round) {
     const Progress part = moving.Part(1.0 * round / kRounds, 1.0 * (round + 1) / kRounds);
     const std::vector<PoseMatch> matches =
-        MatchViews(adjusted.views, points, images, options, part.Part(0, kMatched));
+        MatchViews(adjusted.views, points, images, part.Part(0, kMatched));
     const std::vector<double> given_px = OffOfPairs_px(matches, given.views, rig);
     if (given_px.empty()) return std::nullopt;
     figures.given_off_px = Quantile(given_px, 0.5);

@@ -37,8 +37,7 @@ std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const View
 // same on any number of threads. Throws StoppedError when progress says so.
 std::vector<PoseMatch> MatchViews(const Views& views,
                                   const std::vector<std::vector<ViewPoint>>& points,
-                                  const ViewImages& images, const ExternalPoseOptions& options,
-                                  const Progress& progress);
+                                  const ViewImages& images, const Progress& progress);
 
 // A small move in the frame of a pose: a rotation vector (rad), then a translation (m). Or the
 // speed of one, a second.

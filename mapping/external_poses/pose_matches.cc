@@ -112,8 +112,7 @@ std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const View
 
 std::vector<PoseMatch> MatchViews(const Views& views,
                                   const std::vector<std::vector<ViewPoint>>& points,
-                                  const ViewImages& images, const ExternalPoseOptions& options,
-                                  const Progress& progress) {
+                                  const ViewImages& images, const Progress& progress) {
   std::vector<std::vector<PoseMatch>> of_views(views.size());
   const auto match = [&](size_t view) {
     of_views[view] = FindMatches(view, views, points[view], images);

@@ -105,8 +105,8 @@ std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<Bod
   constexpr size_t kMostFar = 4000;
   std::vector<int64_t> offsets_ns = {given_ns};
   const bool is_sparse = MedianPeriod_s(poses) > kSparse_s;
-  const bool has_few =
-      is_far || Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
+  const bool has_few = is_far || Covered(poses, steps, given_ns) <
+                                     std::max<int64_t>(kLeastSteps, std::ssize(steps) / 2);
   if (is_sparse) {  // only where stamps meet
     for (size_t i = 0; i < std::min<size_t>(steps.size(), 5); ++i) {
       for (const StampedPose& pose : poses) {

@@ -200,7 +200,8 @@ void CountParallels(double reach_m, std::vector<TrackedLine>* lines) {
   for (int i = 0; i < count; ++i) cells.Add(i);
   std::vector<int> parallels(lines->size());
   ParallelFor(count, [&](size_t i) {
-    parallels[i] = MedianCount((*lines)[i], Neighbours(*lines, cells, i, reach_m));
+    parallels[i] =
+        MedianCount((*lines)[i], Neighbours(*lines, cells, static_cast<int>(i), reach_m));
   });
   for (int i = 0; i < count; ++i) (*lines)[i].parallels = parallels[i];
 }

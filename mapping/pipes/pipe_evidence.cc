@@ -32,9 +32,9 @@ FlatRay Flat(const TangentRay& ray, const PointAndDirection& axis, const AcrossA
 
 // The place that all rays pass nearest to.
 Vector2d FixedEdge(const std::vector<FlatRay>& rays) {
-  constexpr int kRounds = 5;
+  constexpr int kFitRounds = 5;
   Vector2d place = Vector2d::Zero();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFitRounds; ++round) {
     NearestPlace nearest;
     for (const FlatRay& ray : rays) {
       const double sigmas = (ray.n.dot(place) - ray.d_m) / ray.sigma_m;

@@ -69,7 +69,7 @@ std::vector<RoomBox> MakeRoomBoxes(const Building& building, const Storey& store
 // By cell of a floor's grid: rays went over it, and no room is there or next to it.
 cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const FreeSpace& free,
                        const PlaneGrid& grid, const Progress& progress) {
-  cv::Mat1b of_rooms = cv::Mat1b::zeros(grid.rows, grid.columns);
+  cv::Mat1b of_rooms(grid.rows, grid.columns, uchar{0});
   cv::Mat1b outside = of_rooms.clone();
   const std::vector<RoomBox> rooms = MakeRoomBoxes(building, storey);
   for (int row = 0; row < grid.rows; ++row) {

@@ -26,7 +26,7 @@ constexpr double kSigmas = 3;
 }  // namespace
 
 cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<ViewRays>& rays) {
-  cv::Mat1i passes = cv::Mat1i::zeros(grid.rows, grid.columns);
+  cv::Mat1i passes(grid.rows, grid.columns, 0);
   for (const ViewRays& view : rays) {
     const double before_m = grid.DistanceTo(view.p_world_camera);
     if (before_m == 0) continue;

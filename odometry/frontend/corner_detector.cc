@@ -91,13 +91,15 @@ GradientNoise::GradientNoise(const cv::Mat& image, const cv::Mat& mask) {
   }
   for (std::vector<NoiseBlock>& level : blocks) {
     if (std::ssize(level) < kMinBlocks) continue;
-    const auto weak = level.begin() + static_cast<long>(kQuantile * level.size());
+    const auto weak =
+        level.begin() + static_cast<long>(kQuantile * static_cast<double>(level.size()));
     std::nth_element(
         level.begin(), weak, level.end(),
         [](const NoiseBlock& a, const NoiseBlock& b) { return a.gradient < b.gradient; });
     double grey = 0;
     for (auto block = level.begin(); block <= weak; ++block) grey += block->grey;
-    levels_.push_back({grey / (weak - level.begin() + 1), weak->gradient / kQuantileOverMean});
+    levels_.push_back(
+        {grey / static_cast<double>(weak - level.begin() + 1), weak->gradient / kQuantileOverMean});
   }
 }
 

@@ -44,7 +44,7 @@ KeyLine ToKeyLine(const LineSegment& segment, int index, const cv::Size& size) {
   line.angle = static_cast<float>(std::atan2(d.y(), d.x()));
   line.lineLength = static_cast<float>(segment.Length());
   line.numOfPixels = static_cast<int>(std::lround(segment.Length()));
-  line.response = line.lineLength / std::max(size.width, size.height);
+  line.response = line.lineLength / static_cast<float>(std::max(size.width, size.height));
   line.size = line.lineLength;
   return line;
 }
@@ -82,10 +82,10 @@ constexpr int kRows = 12;
 using Strip = Eigen::Matrix<float, kWidth, kRows>;
 
 float SampleStrip(const cv::Mat& image, float x, float y) {
-  x = std::clamp(x, 0.f, image.cols - 1.01f);
-  y = std::clamp(y, 0.f, image.rows - 1.01f);
+  x = std::clamp(x, 0.f, static_cast<float>(image.cols) - 1.01f);
+  y = std::clamp(y, 0.f, static_cast<float>(image.rows) - 1.01f);
   const int u = static_cast<int>(x), v = static_cast<int>(y);
-  const float a = x - u, b = y - v;
+  const float a = x - static_cast<float>(u), b = y - static_cast<float>(v);
   const uchar* top = image.ptr<uchar>(v) + u;
   const uchar* bottom = image.ptr<uchar>(v + 1) + u;
   return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
@@ -167,7 +167,7 @@ class CostTable {
     const int best = BestOfRow(row);
     if (best < 0 || BestOfColumn(best) != static_cast<int>(row)) return std::nullopt;
     for (size_t c = 0; c < columns_; ++c) {
-      if (static_cast<int>(c) == best || alike(best, c)) continue;
+      if (static_cast<int>(c) == best || alike(best, static_cast<int>(c))) continue;
       if (At(row, c) < At(row, best) + min_lead) return std::nullopt;
     }
     return best;
@@ -178,7 +178,8 @@ class CostTable {
   int BestOfRow(size_t row) const {
     int best = -1;
     for (size_t c = 0; c < columns_; ++c) {
-      if (std::isfinite(At(row, c)) && (best < 0 || At(row, c) < At(row, best))) best = c;
+      if (std::isfinite(At(row, c)) && (best < 0 || At(row, c) < At(row, best)))
+        best = static_cast<int>(c);
     }
     return best;
   }

@@ -67,7 +67,8 @@ bool Sample(const PatchPattern& pattern, const cv::Mat& image, const PatchWarp& 
   const float r = static_cast<float>(pattern.radius_px);
   const Eigen::Vector2f reach = warp.affine.cwiseAbs() * Eigen::Vector2f(r, r);
   const Eigen::Vector2f low = warp.center_px - reach, high = warp.center_px + reach;
-  if (!(low.x() >= 0 && low.y() >= 0 && high.x() < image.cols - 1 && high.y() < image.rows - 1)) {
+  if (!(low.x() >= 0 && low.y() >= 0 && high.x() < static_cast<float>(image.cols - 1) &&
+        high.y() < static_cast<float>(image.rows - 1))) {
     return false;
   }
   const int all = static_cast<int>(pattern.weights.size()), stride = static_cast<int>(image.step);
@@ -95,7 +96,7 @@ ImagePyramid BuildPyramid(const cv::Mat& image, int levels) {
 }
 
 PatchPattern::PatchPattern(int diameter_px) : radius_px(diameter_px / 2) {
-  const float radius = 0.5f * diameter_px;
+  const float radius = 0.5f * static_cast<float>(diameter_px);
   std::vector<Eigen::Vector2f> offsets;
   for (int y = -radius_px; y <= radius_px; ++y) {
     for (int x = -radius_px; x <= radius_px; ++x) {

@@ -211,7 +211,7 @@ class PointTracker::Impl {
   // Searches the whole row at half the resolution, then refines.
   std::optional<Eigen::Vector2f> SearchRight(const ImagePyramid& right,
                                              const TrackedPoint& p) const {
-    const int level = std::min<int>(1, std::ssize(left_) - 1);
+    const int level = left_.size() > 1 ? 1 : 0;
     const float scale = static_cast<float>(1 << level);
     const int reach = static_cast<int>(kMaxDisparity * camera_.width_px / scale);
     const auto match = SearchRow(left_[level], right[level], p.left.center_px / scale, reach);

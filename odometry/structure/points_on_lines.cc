@@ -15,13 +15,17 @@ constexpr double kArea_px = 48;  // side of the areas that points and lines are 
 
 enum class Alignment { kOn, kOff, kUnclear };
 
-Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& segment) {
+double Across_px(const Eigen::Vector2d& point, const LineSegment& segment) {
   const Eigen::Vector2d direction = (segment.end - segment.start).normalized();
   const Eigen::Vector2d from_start = point - segment.start;
-  const double along_px = from_start.dot(direction);
+  return std::abs(from_start.x() * direction.y() - from_start.y() * direction.x());
+}
+
+Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& segment) {
+  const Eigen::Vector2d direction = (segment.end - segment.start).normalized();
+  const double along_px = (point - segment.start).dot(direction);
   if (std::max(-along_px, along_px - segment.Length()) > kMaxBeyond_px) return Alignment::kUnclear;
-  const double across_px =
-      std::abs(from_start.x() * direction.y() - from_start.y() * direction.x());
+  const double across_px = Across_px(point, segment);
   if (across_px > kMinApart_px) return Alignment::kOff;
   return across_px <= kMaxDistance_px ? Alignment::kOn : Alignment::kUnclear;
 }
@@ -66,7 +70,7 @@ class Areas {
     for (int x = first.first; x <= last.first; ++x) {
       for (int y = first.second; y <= last.second; ++y) {
         const Eigen::Vector2d centre = {(x + 0.5) * side_px_, (y + 0.5) * side_px_};
-        if (FindPlace(centre, segment).across_px <= near_px) lines_[{x, y}].push_back(index);
+        if (Across_px(centre, segment) <= near_px) lines_[{x, y}].push_back(index);
       }
     }
   }
@@ -133,7 +137,7 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
       const LineObservation& line = lines[index];
       if (ClassifyAlignment(point, line) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
-                            FindPlace(point.left_px, line.left_px).across_px});
+                            Across_px(point.left_px, line.left_px)});
     }
     for (const Candidate& c : WithoutRivals(std::move(candidates), kMinCrossing_rad)) {
       Count({point.id, c.line->id});

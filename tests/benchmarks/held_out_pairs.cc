@@ -192,8 +192,10 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   fmt::print("{} views, {} held out: {} lines, {} points\n", recorded.views.size(), held_out.size(),
              map.lines.size(), CountDense(map));
   Print("lines", line_px);
-  fmt::print("  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
-             100.0 * static_cast<double>(line_px.size()) / std::max<int64_t>(seen, 1), seen);
+  fmt::print(
+      "  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
+      100.0 * static_cast<double>(line_px.size()) / static_cast<double>(std::max<int64_t>(seen, 1)),
+      seen);
   PrintDisparities("points (disparity)", point_px);
   if (!filled_px.empty()) PrintDisparities("points of filled planes (disparity)", filled_px);
   return EXIT_SUCCESS;

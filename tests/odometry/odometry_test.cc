@@ -338,9 +338,9 @@ TEST(OdometryOnImages, PartsTakenOnTheWayMakeUpTheRunAndChangeNothing) {
     Append(window, &taken);
     const OdometryRun run = odometry.Run();
     const auto ids = [](const auto& items) {
-      std::vector<int64_t> ids;
-      for (const auto& item : items) ids.push_back(item.id);
-      return ids;
+      std::vector<int64_t> found;
+      for (const auto& item : items) found.push_back(item.id);
+      return found;
     };
     EXPECT_EQ(taken.states.size(), run.states.size());
     EXPECT_EQ(taken.imu.size(), recording.imu.size());

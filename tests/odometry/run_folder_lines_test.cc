@@ -133,9 +133,9 @@ TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
   ASSERT_EQ(lines.size(), run.lines.size());
   EXPECT_EQ(std::tie(lines[20].id, lines[20].axis, lines[20].world),
             std::make_tuple(120, LineAxis::kY, 0));
-  EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.004f);
-  EXPECT_FLOAT_EQ(lines[20].deviation_rad, 0.002f);
-  EXPECT_FLOAT_EQ(lines[20].deviation_sigma_rad, 0.0004f);
+  EXPECT_NEAR(lines[20].sigma_m, 0.004, 1e-9);
+  EXPECT_NEAR(lines[20].deviation_rad, 0.002, 1e-9);
+  EXPECT_NEAR(lines[20].deviation_sigma_rad, 0.0004, 1e-9);
   EXPECT_LT((lines[20].end_world - run.lines[20].end_world).norm(), 1e-6);
 }
 

@@ -280,7 +280,7 @@ TEST(SimulateImu, NoiseHasItsDensitiesAndBiasesWalk) {
     gyro_walk += (next.gyro_rad_s - b.gyro_rad_s).squaredNorm();
     accel_walk += (next.accel_m_s2 - b.accel_m_s2).squaredNorm();
   }
-  const double scale = 1.0 / (3.0 * count), rate = options.noise.rate_hz;
+  const double scale = 1.0 / (3.0 * static_cast<double>(count)), rate = options.noise.rate_hz;
   const ImuNoise& noise = options.noise;
   EXPECT_NEAR(std::sqrt(gyro * scale / rate) / noise.gyro_noise_rad_s_sqrthz, 1, 0.02);
   EXPECT_NEAR(std::sqrt(accel * scale / rate) / noise.accel_noise_m_s2_sqrthz, 1, 0.02);

@@ -80,7 +80,7 @@ TEST_P(RenderedCameraTest, AnEdgeIsWhereTheCameraModelProjectsIt) {
   pose.rotation = pose.rotation * ExpRotation({0, 0.25, 0.06});  // aside and rolled
   const RenderTask task = SlidingTask(SmallRig(GetParam()), pose, Eigen::Vector3d::Zero(), 1);
   const auto renderer =
-      MakeSceneRenderer(TwoToneWall(kWall_m, true, 0.8, 0.1), CleanOptions(1), task);
+      MakeSceneRenderer(TwoToneWall(kWall_m, true, 0.8f, 0.1f), CleanOptions(1), task);
   const RenderedPair pair = renderer->Render(0, false);
   for (const int c : {0, 1}) {
     const cv::Mat& image = c == 0 ? pair.left : pair.right;
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Models, RenderedCameraTest,
 
 TEST(RendererTest, DepthOfAPlaneAcrossTheViewIsItsDistance) {
   const RenderTask task = StillTask(Distortion::kRadialTangential);
-  const auto renderer = MakeSceneRenderer(TwoToneWall(4, true, 0.8, 0.1), CleanOptions(1), task);
+  const auto renderer = MakeSceneRenderer(TwoToneWall(4, true, 0.8f, 0.1f), CleanOptions(1), task);
   EXPECT_TRUE(renderer->Render(0, false).depth_m.empty());
   const cv::Mat depth_m = renderer->Render(0, true).depth_m;
   ASSERT_EQ(depth_m.size(), cv::Size(188, 120));
@@ -159,7 +159,7 @@ TEST(RendererTest, MotionBlursAlongTheMotionOnlyAndAboutItsMiddle) {
   // Seen at right angles, so that a step of the wall is a step of a row; dim, not to saturate.
   const auto mean_step = [&](bool upright, const Eigen::Vector3d& velocity_m_s) {
     const RenderTask task = SlidingTask(rig, LookingAlongX(), velocity_m_s, 1);
-    const auto renderer = MakeSceneRenderer(TwoToneWall(kWall_m, upright, 0.08, 0.01),
+    const auto renderer = MakeSceneRenderer(TwoToneWall(kWall_m, upright, 0.08f, 0.01f),
                                             CleanOptions(kExposure_ms), task);
     cv::Mat image = renderer->Render(0, false).left;
     if (!upright) cv::transpose(image, image);
@@ -203,13 +203,13 @@ TEST(RendererTest, NoiseIsThatOfASensorAndNewInEachImage) {
 
 // Lit by a lamp, so that baking in threads is part of it.
 Scene LampAndTexture() {
-  Scene scene = TwoToneWall(3, true, 0.6, 0.3);
-  scene.materials[0] = {TextureKind::kConcrete, 0.6, 1, 3};
-  scene.materials[1] = {TextureKind::kPoster, 0.4, 1, 5};
+  Scene scene = TwoToneWall(3, true, 0.6f, 0.3f);
+  scene.materials[0] = {TextureKind::kConcrete, 0.6f, 1, 3};
+  scene.materials[1] = {TextureKind::kPoster, 0.4f, 1, 5};
   scene.materials.push_back({TextureKind::kLamp, 0, 0, 1});
   for (SceneQuad& quad : scene.quads) quad.u *= 0.1f;
-  scene.lamps = {{{1, 0, 2}, {0.3, 0, 0}, {0, 1, 0}, 10}};
-  scene.quads.push_back({{1, 0, 2}, {0.3, 0, 0}, {0, 1, 0}, 2, {0, 0}});
+  scene.lamps = {{{1, 0, 2}, {0.3f, 0, 0}, {0, 1, 0}, 10}};
+  scene.quads.push_back({{1, 0, 2}, {0.3f, 0, 0}, {0, 1, 0}, 2, {0, 0}});
   return scene;
 }
 

@@ -210,8 +210,8 @@ Scene LitFloor(bool with_screen) {
   scene.ambient = 0.1f;
   scene.materials = {{TextureKind::kPlain, 0.5, 0, 1}, {TextureKind::kLamp, 0, 0, 1}};
   scene.quads = {{{-4, -4, 0}, {8, 0, 0}, {0, 8, 0}, 0, {0, 0}},
-                 {{-0.1, -0.1, 3}, {0.2, 0, 0}, {0, 0.2, 0}, 1, {0, 0}}};
-  scene.lamps = {{{-0.1, -0.1, 3}, {0.2, 0, 0}, {0, 0.2, 0}, 100}};
+                 {{-0.1f, -0.1f, 3}, {0.2f, 0, 0}, {0, 0.2f, 0}, 1, {0, 0}}};
+  scene.lamps = {{{-0.1f, -0.1f, 3}, {0.2f, 0, 0}, {0, 0.2f, 0}, 100}};
   if (with_screen) scene.quads.push_back({{-1, -1, 1.5}, {2, 0, 0}, {0, 2, 0}, 0, {0, 0}});
   return scene;
 }

@@ -161,8 +161,8 @@ TEST(ImuStreams, SamplesInterpolatedAtImagesAreNoPackets) {
     if (i % 4 != 1) continue;
     const auto late_ns = static_cast<int64_t>(between * kStep_ns);
     rows += fmt::format("{},{},{}\n", kStart_ns + i * kStep_ns + late_ns,
-                        Numbers(GyroAt(TimeOf(i) + 1e-9 * late_ns)),
-                        Numbers(AccelAt(TimeOf(i) + 1e-9 * late_ns)));
+                        Numbers(GyroAt(TimeOf(i) + 1e-9 * static_cast<double>(late_ns))),
+                        Numbers(AccelAt(TimeOf(i) + 1e-9 * static_cast<double>(late_ns))));
   }
   Warnings warnings;
   Read(rows, &warnings);

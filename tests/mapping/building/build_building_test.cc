@@ -407,7 +407,7 @@ TEST(BuildBuilding, OfficeOfFiveRoomsMeetsItsFigures) {
       0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
   const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building);
-  EXPECT_GE(metrics.walls_found, 0.95 * metrics.walls);
+  EXPECT_GE(metrics.walls_found, 0.95 * static_cast<double>(metrics.walls));
   EXPECT_LE(metrics.offset_median_m, 0.01);
   EXPECT_LE(metrics.distance_error_95_m, 0.015);
   EXPECT_GE(metrics.openings_f1, 0.85);

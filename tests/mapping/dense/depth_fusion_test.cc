@@ -58,7 +58,7 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
     EXPECT_LT(point.normal_world.x(), -0.8);
     EXPECT_EQ(point.grey, 90);
   }
-  EXPECT_LT(std::sqrt(squared / points.size()), 0.01);
+  EXPECT_LT(std::sqrt(squared / static_cast<double>(points.size())), 0.01);
 }
 
 TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {

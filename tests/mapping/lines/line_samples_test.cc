@@ -23,7 +23,7 @@ cv::Mat BlurredStep(double bright) {
   for (int u = 0; u < image.cols; ++u) {
     const double share = 0.5 * std::erfc((u - kEdge_px) / (kBlur_px * std::sqrt(2.0)));
     const double grey = kDark + share * (bright - kDark);
-    image.col(u).setTo(std::clamp(std::lround(grey), 0L, 255L));
+    image.col(u).setTo(std::clamp(std::round(grey), 0.0, 255.0));
   }
   return image;
 }

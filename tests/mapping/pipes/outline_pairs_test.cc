@@ -62,7 +62,7 @@ class BandImages : public ViewImages {
     for (int u = 0; u < image.cols; ++u) {
       const double dark =
           std::clamp(high - (u - 0.5), 0.0, 1.0) - std::clamp(low - (u - 0.5), 0.0, 1.0);
-      image.col(u) = cv::Scalar(std::lround(180 - 140 * dark));
+      image.col(u) = cv::Scalar(std::round(180 - 140 * dark));
     }
     cv::GaussianBlur(image, image, {0, 0}, 0.8);
     return image;

@@ -34,7 +34,7 @@ TEST(CornerDetector, FindsNoCornersInNoiseOfAnyLevelAndGain) {
     for (const double gain : {1.0, 4.0}) {
       const CameraNoise noise{gain * gain * at_gain_1.read, gain * at_gain_1.shot};
       size_t found = 0;
-      for (const float grey : {30, 90, 200}) {
+      for (const float grey : {30.f, 90.f, 200.f}) {
         const cv::Mat image = WithNoise(cv::Mat(whole, CV_32F, cv::Scalar(grey)), noise);
         for (const double step_px : {1.4, 1.25, 1.0}) {
           found += Corners(Resampled(image, step_px, kSize)).size();

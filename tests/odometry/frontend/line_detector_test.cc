@@ -84,7 +84,7 @@ TEST(LineDetectorScaleTest, PlacesEdgesOfASmallerImageInTheWholeOne) {
       length_px += s.Length();
     }
     EXPECT_GE(segments.size(), 11u) << "scale " << scale;
-    EXPECT_GT(length_px / segments.size(), 150) << "scale " << scale;
+    EXPECT_GT(length_px / static_cast<double>(segments.size()), 150) << "scale " << scale;
     double raw_px = 0;
     for (const auto& s : DetectRawSegments(image, options, 60)) {
       raw_px = std::max(raw_px, NearestEdge(EdgesOf(TestBars()), s).second);

@@ -76,7 +76,7 @@ double RmsError_px(const std::map<int64_t, Eigen::Vector2d>& first, const PointT
   for (const auto& p : tracker.observations()) {
     sum += (p.left_px - truth(first.at(p.id))).squaredNorm();
   }
-  return std::sqrt(sum / tracker.observations().size());
+  return std::sqrt(sum / static_cast<double>(tracker.observations().size()));
 }
 
 TEST_F(PointTrackerTest, FollowsASubPixelShiftOverManyFrames) {
@@ -87,7 +87,7 @@ TEST_F(PointTrackerTest, FollowsASubPixelShiftOverManyFrames) {
   for (int i = 1; i <= 12; ++i) {
     tracker_.Track(scene_.Shifted(1.37 * i, -0.81 * i), kNoRotation);
   }
-  EXPECT_GT(tracker_.observations().size(), 0.8 * first.size());
+  EXPECT_GT(tracker_.observations().size(), first.size() * 8 / 10);
   EXPECT_LT(RmsError_px(first, tracker_,
                         [](const Eigen::Vector2d& p) -> Eigen::Vector2d {
                           return p + 12 * Eigen::Vector2d(1.37, -0.81);
@@ -146,7 +146,7 @@ TEST_F(PointTrackerTest, FindsTheDisparity) {
     ++seen;
   }
   EXPECT_LT(std::sqrt(sum / seen), 0.03);
-  EXPECT_GT(seen, 0.8 * tracker_.observations().size());
+  EXPECT_GT(seen, 0.8 * static_cast<double>(tracker_.observations().size()));
 }
 
 TEST_F(PointTrackerTest, FollowsTheDisparityOverFramesThatLookedLeftOnly) {
@@ -163,7 +163,7 @@ TEST_F(PointTrackerTest, FollowsTheDisparityOverFramesThatLookedLeftOnly) {
     EXPECT_NEAR(p.left_px.x() - p.right_px->x(), 9.1, 0.2);
     ++seen;
   }
-  EXPECT_GT(seen, 0.8 * tracker_.observations().size());
+  EXPECT_GT(seen, 0.8 * static_cast<double>(tracker_.observations().size()));
 }
 
 TEST_F(PointTrackerTest, RejectsNegativeDisparityAndOtherRows) {

@@ -98,7 +98,8 @@ TEST_P(RectifierTest, ContentMovesAsTheGeometrySays) {
     const Camera& pinhole = rectifier_.rectified_rig().cameras[i];
     cv::Mat ramp(camera.height_px, camera.width_px, CV_8UC1);
     for (int v = 0; v < ramp.rows; ++v) {
-      for (int u = 0; u < ramp.cols; ++u) ramp.at<uchar>(v, u) = (i == 0 ? u : v) / 4;
+      for (int u = 0; u < ramp.cols; ++u)
+        ramp.at<uchar>(v, u) = static_cast<uchar>((i == 0 ? u : v) / 4);
     }
     const cv::Mat rectified = rectifier_.Rectify(ramp, i);
     ASSERT_EQ(rectified.size(), cv::Size(pinhole.width_px, pinhole.height_px));
@@ -127,7 +128,8 @@ TEST_P(RectifierTest, TheMaskHoldsOnlyTruePixelsAndMostOfTheImage) {
     cv::Mat wrong;
     cv::bitwise_and(rectifier_.mask(i), rectifier_.Rectify(white, i) != 255, wrong);
     EXPECT_EQ(cv::countNonZero(wrong), 0);
-    EXPECT_GT(cv::countNonZero(rectifier_.mask(i)), 0.85 * rectifier_.mask(i).total());
+    EXPECT_GT(cv::countNonZero(rectifier_.mask(i)),
+              0.85 * static_cast<double>(rectifier_.mask(i).total()));
   }
 }
 

@@ -121,8 +121,8 @@ std::vector<std::string> SceneFiles() {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SceneFile, ::testing::ValuesIn(SceneFiles()),
-                         [](const ::testing::TestParamInfo<std::string>& info) {
-                           return info.param.substr(0, info.param.find('.'));
+                         [](const ::testing::TestParamInfo<std::string>& test) {
+                           return test.param.substr(0, test.param.find('.'));
                          });
 
 TEST(SceneCamera, IsOverriddenByKeyAndRejectsWhatIsNoOption) {
