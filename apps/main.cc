@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -24,22 +23,6 @@
 
 namespace slcmap::inline commands {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
-volatile std::sig_atomic_t ends_at_once = 0;
-
-// The first signal asks the program to end with the results so far; the next one kills it.
-void HandleSignal(int) {
-  if (ends_at_once) {
-    constexpr char kMessage[] = "slcmap: error: interrupted\n";
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
-    _exit(kExitInterrupted);
-  }
-  interrupted = 1;
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-  std::signal(SIGHUP, SIG_DFL);
-}
 
 int PrintError(std::string message, int exit_code) {
   while (!message.empty() && message.back() == '\n') message.pop_back();
@@ -105,7 +88,7 @@ int RunProgram(int argc, char** argv) {
   std::cout.flush();
   if (!std::cout || std::fflush(stdout) != 0)
     throw OutputError("standard output: cannot be written");
-  return interrupted ? kExitInterrupted : kExitSuccess;
+  return Interrupted() ? kExitInterrupted : kExitSuccess;
 }
 
 // glibc has eight stores of memory for each processor, and what a thread frees stays in its own: a
@@ -117,32 +100,13 @@ void ShareMemoryAmongThreads() {
 #endif
 }
 
-// What nohup or a shell made the program ignore stays ignored.
-void HandleUnlessIgnored(int number) {
-  if (std::signal(number, HandleSignal) == SIG_IGN) std::signal(number, SIG_IGN);
-}
-
 }  // namespace
-
-bool Interrupted() { return interrupted != 0; }
-
-EndsAtOnce::EndsAtOnce() {
-  std::fflush(stdout);
-  if (Interrupted()) throw StoppedError("interrupted");
-  ends_at_once = 1;
-}
-
-EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
-
 }  // namespace slcmap::commands
 
 int main(int argc, char** argv) {
   using namespace slcmap;
   ShareMemoryAmongThreads();
-  HandleUnlessIgnored(SIGINT);
-  HandleUnlessIgnored(SIGTERM);
-  HandleUnlessIgnored(SIGHUP);    // the terminal was closed
-  std::signal(SIGXFSZ, SIG_IGN);  // writing fails, and says so
+  HandleInterruptions();
   try {
     return RunProgram(argc, argv);
   } catch (const ConfigError& error) {

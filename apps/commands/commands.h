@@ -26,6 +26,10 @@ inline constexpr int kExitFailure = 1;  // bad data, or output that could not be
 inline constexpr int kExitUsage = 2;    // wrong command line or configuration
 inline constexpr int kExitInterrupted = 130;
 
+// From now on the first Ctrl-C asks the program to end with the results so far; the next one kills
+// it. A file that becomes too large is an error of writing.
+void HandleInterruptions();
+
 // True once the user pressed Ctrl-C; long loops look at it and end with the results so far.
 bool Interrupted();
 

@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <mutex>
 
 #include "apps/commands/commands.h"
+#include "data/core/progress.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -116,5 +118,46 @@ ProcessCost CostSoFar() {
   cost.peak_memory_mib = static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts in KiB
   return cost;
 }
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t ends_at_once = 0;
+
+void HandleSignal(int) {
+  if (ends_at_once) {
+    constexpr char kMessage[] = "slcmap: error: interrupted\n";
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+    _exit(kExitInterrupted);
+  }
+  interrupted = 1;
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+  std::signal(SIGHUP, SIG_DFL);
+}
+
+// What nohup or a shell made the program ignore stays ignored.
+void HandleUnlessIgnored(int number) {
+  if (std::signal(number, HandleSignal) == SIG_IGN) std::signal(number, SIG_IGN);
+}
+
+}  // namespace
+
+void HandleInterruptions() {
+  HandleUnlessIgnored(SIGINT);
+  HandleUnlessIgnored(SIGTERM);
+  HandleUnlessIgnored(SIGHUP);    // the terminal was closed
+  std::signal(SIGXFSZ, SIG_IGN);  // writing fails, and says so
+}
+
+bool Interrupted() { return interrupted != 0; }
+
+EndsAtOnce::EndsAtOnce() {
+  std::fflush(stdout);
+  if (Interrupted()) throw StoppedError("interrupted");
+  ends_at_once = 1;
+}
+
+EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
 
 }  // namespace slcmap::commands

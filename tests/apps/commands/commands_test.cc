@@ -14,11 +14,7 @@
 #include "apps/commands/check.h"
 #include "apps/commands/progress.h"
 
-namespace slcmap::inline commands {
-
-bool Interrupted() { return false; }  // stands for that of main.cc, where there are signals
-
-}  // namespace slcmap::commands
+namespace slcmap::inline commands {}  // namespace slcmap::commands
 
 namespace slcmap {
 namespace {

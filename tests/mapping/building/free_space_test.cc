@@ -59,7 +59,7 @@ TEST(FreeSpace, CountsNoMoreWaysThanFit) {
 // Whichever views they are of, also those with fewer rays than one is taken of.
 TEST(FreeSpaceRays, AreEverySoManiethOfMany) {
   const auto seen = RaysWith({4, 1, 1, 0, 5, 2});
-  EXPECT_EQ(CollectRays({seen, 6}), (std::vector{0, 3, 6, 9, 12}));
+  EXPECT_EQ(CollectRays(FreeSpaceRays(seen, 6)), (std::vector{0, 3, 6, 9, 12}));
 }
 
 TEST(FreeSpaceRays, AreGivenInRangesOfViewsUntilStopped) {
