@@ -8,7 +8,7 @@
 
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
-#include "data/source/sequence.h"
+#include "data/source/sequence_source.h"
 #include "mapping/align/align_maps.h"
 #include "mapping/map/map.h"
 #include "mapping/options.h"

@@ -15,12 +15,6 @@ namespace slcmap::inline data {
 
 struct ImageFile;
 
-struct StereoEntry {
-  int64_t stamp_ns = 0;  // of the left image
-  std::string left_path;
-  std::string right_path;  // "" where there is one camera, or a knock has turned the right one
-};
-
 struct Sequence {
   std::string folder;  // the one that holds cam0, cam1 and imu0
   std::vector<StereoEntry> images;

@@ -17,6 +17,13 @@
 
 namespace slcmap::inline data {
 
+// The files of a pair.
+struct StereoEntry {
+  int64_t stamp_ns = 0;  // of the left image
+  std::string left_path;
+  std::string right_path;  // "" where there is one camera, or a knock has turned the right one
+};
+
 // Images that were paired otherwise than their stamps have it, as a check mended them.
 struct PairPiece {
   int64_t from_ns = 0, to_ns = 0;  // of the first and the last left image, as PairImages has them

@@ -14,7 +14,7 @@
 #include "data/core/types.h"
 #include "data/core/verdict.h"
 #include "data/io/trajectory.h"
-#include "data/source/sequence.h"
+#include "data/source/sequence_source.h"
 
 namespace slcmap::inline odometry {
 

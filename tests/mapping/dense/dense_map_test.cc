@@ -140,7 +140,8 @@ Eigen::Vector3d Ahead(double z_m) { return {0.1, 0.1, z_m}; }
 TEST(DepthOccupancy, CarvesToThreeSigmasBeforeAWall) {
   constexpr double kFarSigma_m = 0.1;
   DepthOccupancy occupancy(OccupancyTestOptions());
-  occupancy.Add({}, testing::SmallCamera(), testing::WallAt(kWallDepth_m, kFarSigma_m, kNodeStep_px));
+  occupancy.Add({}, testing::SmallCamera(),
+                testing::WallAt(kWallDepth_m, kFarSigma_m, kNodeStep_px));
   const OccupancyMap map = occupancy.Finish({}, kSpacing_m);
   for (double z_m = 0.3; z_m < kWallDepth_m - 3 * kFarSigma_m - kCell_m; z_m += 0.02) {
     EXPECT_TRUE(map.IsFree(Ahead(z_m))) << z_m;
