@@ -125,7 +125,7 @@ std::vector<Polygon> FreeCells(const Scene& scene, double z_m) {
     // A little longer: scenes tell where walls meet to a tenth of a millimetre.
     const Vector2d beyond = kMeets_m * (face.end_world - face.foot_world).head<2>().normalized();
     chains.push_back({face.foot_world.head<2>() - beyond, face.end_world.head<2>() + beyond});
-    if (!face.is_back) continue;  // of a wall with one face, nobody knows what is behind it
+    if (!face.is_solid) continue;  // of a wall with one face, nobody knows what is behind it
     solids.push_back(MakeFootprint(face));
     PlanPoints around = solids.back().outline;
     around.push_back(around.front());

@@ -10,6 +10,7 @@
 #include "data/simulator/scene/inexact_building.h"
 #include "data/simulator/scene/scene_builder.h"
 #include "data/simulator/scene/scene_object_reader.h"
+#include "data/simulator/scene/scene_plan.h"
 
 namespace slcmap::inline data {
 
@@ -205,6 +206,7 @@ Scene ReadScene(const std::string& path, const Progress& progress,
     file.Section("trajectory");
     file.Section("camera");
     file.Section("inexact");
+    BuildPlan(file.Section("plan"), materials, &builder);
     for (const YamlSection& object : file.List("objects")) {
       ReadObject(object, materials, static_cast<int>(world_wings.size()), &builder);
     }

@@ -114,7 +114,7 @@ struct SceneWallFace {
   Eigen::Vector3d normal;                 // out of the wall
   double height_m = 0;
   double thickness_m = 0;
-  bool is_back = false;  // the face before it is the front of the same wall
+  bool is_solid = false;  // what lies behind it, to its thickness, is wall
   std::vector<SceneOpening> openings;
 };
 

@@ -135,7 +135,7 @@ SceneWallFace MakeFace(const WallSpec& spec, const Segment& segment, bool front,
   face.normal = {0, front ? 1.0 : -1.0, 0};
   face.height_m = spec.height;
   face.thickness_m = spec.thickness;
-  face.is_back = !front;
+  face.is_solid = !front || spec.is_solid;
   for (size_t i = 0; i < segment.openings.size(); ++i) {
     const WallOpening& opening = segment.openings[i];
     const double frame = kFrameInside_m, low = opening.is_door ? 0 : frame;
@@ -230,7 +230,7 @@ void AddSegment(const WallSpec& spec, const Segment& segment,
   }
   for (const bool front : {true, false}) {
     if (!front && !spec.has_back) continue;
-    builder->AddWallFace(MakeFace(spec, segment, front, opening_ids));
+    if (spec.is_told) builder->AddWallFace(MakeFace(spec, segment, front, opening_ids));
     AddFace(spec, segment, front, builder);
     if (spec.skirting_height > 0) AddSkirting(spec, segment, front, builder);
   }
@@ -262,7 +262,7 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
     AddSegment(spec, segment, opening_bodies, builder);
     for (size_t i = 0; i < segment.openings.size(); ++i) {
       const WallOpening& opening = segment.openings[i];
-      if (!opening.is_door) continue;
+      if (!opening.is_door || !spec.has_leaf) continue;
       builder->SetBody(opening_bodies[i]);
       builder->SetPlacement(wing, wing_segment * ComputeHinge(spec, opening));
       AddLeaf(spec, opening.width - 2 * kFrameInside_m - 0.008,

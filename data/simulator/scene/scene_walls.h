@@ -26,6 +26,9 @@ struct WallSpec {
   double thickness = 0.15;            // behind the front
   bool has_back = false;              // the back face, and ends
   double skirting_height = 0;         // 0: none
+  bool is_solid = false;              // although it has no back face
+  bool is_told = true;                // as faces of walls, in what is true
+  bool has_leaf = true;               // in each door
   bool clear_glass = false;           // windows without daylight are seen through, and mirror
   std::vector<WallOpening> openings;  // disjoint along each segment
   uint32_t material = 0, skirting = 0, frame = 0, leaf = 0, metal = 0, glass = 0, daylight = 0;
