@@ -48,15 +48,16 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
   for (const char* name : {"deviation_rad", "deviation_sigma_rad"})
     edges.Add(name, PlyType::kFloat);
   edges.Add("kind", PlyType::kUint8);
+  edges.Add("edge_probability", PlyType::kFloat);
   for (const MapLine& line : lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
     const double first = 2 * static_cast<double>(edges.size());
-    edges.AppendRow({first, first + 1, static_cast<double>(red), static_cast<double>(green),
-                     static_cast<double>(blue), static_cast<double>(line.id),
-                     static_cast<double>(line.segment), static_cast<double>(line.axis),
-                     static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0,
-                     static_cast<double>(line.observations), line.deviation_rad,
-                     line.deviation_sigma_rad, static_cast<double>(line.kind)});
+    edges.AppendRow(
+        {first, first + 1, static_cast<double>(red), static_cast<double>(green),
+         static_cast<double>(blue), static_cast<double>(line.id), static_cast<double>(line.segment),
+         static_cast<double>(line.axis), static_cast<double>(line.world), line.sigma_m,
+         line.recent ? 1.0 : 0.0, static_cast<double>(line.observations), line.deviation_rad,
+         line.deviation_sigma_rad, static_cast<double>(line.kind), line.edge_probability});
   }
   return edges;
 }
@@ -97,7 +98,7 @@ void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
   WritePly(path,
            {{"slcmap lines, metres in the world frame, z up",
              "axis: 0 X, 1 Y, 2 vertical, 3 none, 4 sloped; recent: seen by the last keyframes",
-             "kind: 0 unknown, 1 edge, 2 outline, 3 mark, 4 pipe"},
+             "kind: 0 unknown, 1 edge, 3 mark, 4 pipe"},
             {VertexElement(lines), EdgeElement(lines)},
             {}});
 }
@@ -121,7 +122,10 @@ std::vector<MapLine> ReadMapLines(const std::string& path) {
     line.observations = static_cast<int>(edges.Value("observations", i, 0, 0, kMaxInt));
     line.deviation_rad = edges.Value("deviation_rad", i, 0, 0, M_PI);
     line.deviation_sigma_rad = edges.Value("deviation_sigma_rad", i, 0, 0, kMaxSigma_rad);
-    line.kind = static_cast<LineKind>(edges.Value("kind", i, 0, 0, 4));
+    // Outlines of flat things on surfaces, which earlier versions told apart (2), are edges.
+    const int kind = static_cast<int>(edges.Value("kind", i, 0, 0, 4));
+    line.kind = kind == 2 ? LineKind::kEdge : static_cast<LineKind>(kind);
+    line.edge_probability = edges.Value("edge_probability", i, 0.5, 0, 1);
   }
   return lines;
 }

@@ -16,10 +16,9 @@ namespace slcmap::inline data {
 // What a line is of. Files hold these numbers.
 enum class LineKind {
   kUnknown = 0,
-  kEdge = 1,     // where surfaces meet, or one ends before another
-  kOutline = 2,  // of a flat thing on a surface: a poster, a sign, a door's leaf
-  kMark = 3,     // on a surface: grain, a joint, print, a shadow
-  kPipe = 4,     // the axis of a pipe
+  kEdge = 1,  // where surfaces meet, or one ends before another
+  kMark = 3,  // on a surface: grain, a joint, print, a shadow
+  kPipe = 4,  // the axis of a pipe
 };
 
 // A straight piece of a line: of a line with gaps there are several, which share its id.
@@ -43,6 +42,12 @@ struct MapLine {
   // exactly along its axis, of one that has none, and of a junction.
   double deviation_rad = 0, deviation_sigma_rad = 0;
   LineKind kind = LineKind::kUnknown;
+  double edge_probability = 0.5;  // that it is an edge, and no mark
+
+  void SetProbability(double probability) {
+    edge_probability = probability;
+    kind = probability < 0.5 ? LineKind::kMark : LineKind::kEdge;
+  }
 };
 
 // Of a map's line: it was derived from planes of the building, not seen.

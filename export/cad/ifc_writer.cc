@@ -49,8 +49,6 @@ const char* GetName(LineKind kind) {
   switch (kind) {
     case LineKind::kEdge:
       return "edge";
-    case LineKind::kOutline:
-      return "outline";
     case LineKind::kMark:
       return "mark";
     case LineKind::kPipe:

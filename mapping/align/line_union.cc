@@ -215,24 +215,17 @@ std::vector<int> FindMembers(const TrackedLine& line) {
   return members;
 }
 
-// What most of the length of the members says; unknown where none says anything. Of two that say as
-// much the one that claims more.
-LineKind FindKind(const std::vector<const SourceLine*>& members) {
-  std::map<LineKind, double> weights;
+// The mean over the length and the images of the members.
+double ComputeProbability(const std::vector<const SourceLine*>& members) {
+  double sum = 0, weights = 0;
   for (const SourceLine* member : members) {
     for (const MapLine& piece : member->pieces) {
-      weights[piece.kind] += (piece.end_world - piece.start_world).norm() * piece.observations;
+      const double weight = (piece.end_world - piece.start_world).norm() * piece.observations;
+      sum += weight * piece.edge_probability;
+      weights += weight;
     }
   }
-  LineKind kind = LineKind::kUnknown;
-  double most = 0;
-  for (const LineKind candidate :
-       {LineKind::kEdge, LineKind::kOutline, LineKind::kPipe, LineKind::kMark}) {
-    if (weights[candidate] <= most) continue;
-    most = weights[candidate];
-    kind = candidate;
-  }
-  return kind;
+  return weights > 0 ? sum / weights : members.front()->pieces.front().edge_probability;
 }
 
 LineCovariance CovarianceAt(const LineFit& fit, const Interval& piece) {
@@ -277,7 +270,7 @@ class Union {
     MapLine piece = leader.pieces.front();
     piece.id = next_id_;
     piece.segment = 0;
-    piece.kind = FindKind(members);
+    piece.SetProbability(ComputeProbability(members));
     piece.observations = 0;
     piece.recent = false;
     for (const SourceLine* member : members) {

@@ -1,7 +1,9 @@
-// What a line is of, lines by where they are, and those that are one of many beside each other.
+// How probably a line is an edge, lines by where they are, and those that are one of many beside
+// each other.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -31,14 +33,17 @@ class LineCells {
   std::unordered_map<int64_t, std::vector<int>> members_;  // by the key of a cell
 };
 
-// By the surfaces beside it: an edge where they end or bend. What is on a flat surface is the
-// outline of a thing on it if its step of brightness is large against how bright it is, and lasts
-// unless it is larger still, as of narrow trims; else a mark: beside grain, joints and print the
-// image is soon as bright as on the other side. A step that only grows away from the line is none
-// of an edge, but of a shadow. What hardly stands out among many lines beside each other is a mark,
-// where surfaces are known. Where the surfaces are not known, a line whose step lasts is of
-// unknown kind.
-LineKind FindKind(const TrackedLine& line);
+inline constexpr int kLineVotes = 15;
+
+// What speaks for a line being an edge, and against it: whether surfaces of the cloud and patches
+// of images beside it are one plane (SurfacesBeside, SideVotes), the step of brightness across it
+// and how far from it that lasts, how many lines run beside it (CountParallels), and how well it is
+// known. The first is 1.
+std::array<double, kLineVotes> CountVotes(const TrackedLine& line);
+
+// That a line is an edge, where surfaces meet or one ends, rather than a mark on a surface: grain,
+// a joint, print, a shadow. From the votes, as logistic regression weighs them.
+double ComputeEdgeProbability(const TrackedLine& line);
 
 // Counts, for each line, those that run beside it in one plane with it, as the joints of a brick
 // wall do: within reach_m (half a metre at most), parallel, each at its own distance; the plane is

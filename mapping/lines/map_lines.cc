@@ -14,6 +14,7 @@
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
+#include "mapping/lines/line_sides.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap::inline mapping {
@@ -248,7 +249,7 @@ LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views&
 namespace {
 
 // Shares of the time, about, up to the end of a step.
-constexpr double kFound = 0.6, kLooked = 0.85, kLookedAgain = 0.95;
+constexpr double kFound = 0.5, kLooked = 0.75, kLookedAgain = 0.85;
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
                  std::vector<MapLine>* map_lines) {
@@ -266,7 +267,7 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   piece.deviation_sigma_rad =
       std::sqrt(line.fit.world_covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
-  piece.kind = FindKind(line);
+  piece.SetProbability(ComputeEdgeProbability(line));
   for (const Interval& interval : line.intervals) {
     piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
     piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
@@ -288,10 +289,11 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
   return FindAxes(directed);
 }
 
-LinesOfMap BuildLines(const Views& views, const ViewImages& images,
-                      const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
-                      const VisibilityDepths& depths, const LineSurfaces& surfaces,
-                      const MapLineOptions& options, const Progress& progress) {
+std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images,
+                                    const std::vector<BuildingAxis>& axes,
+                                    std::vector<TrackedLine> known, const VisibilityDepths& depths,
+                                    const LineSurfaces& surfaces, const MapLineOptions& options,
+                                    const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
@@ -303,6 +305,16 @@ LinesOfMap BuildLines(const Views& views, const ViewImages& images,
   });
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(kTextureReach_m, &lines);
+  CompareSides(views, images, depths, &lines, progress.Part(kLookedAgain, 1));
+  return lines;
+}
+
+LinesOfMap BuildLines(const Views& views, const ViewImages& images,
+                      const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
+                      const VisibilityDepths& depths, const LineSurfaces& surfaces,
+                      const MapLineOptions& options, const Progress& progress) {
+  const std::vector<TrackedLine> lines =
+      TrackLines(views, images, axes, std::move(known), depths, surfaces, options, progress);
   return {AsMapLines(lines, axes), CollectEvidence(lines, views, ViewCameras(views, images.rig()))};
 }
 

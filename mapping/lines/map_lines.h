@@ -44,9 +44,17 @@ struct LinesOfMap {
 };
 
 // Starts from the lines that are known, finds more in the views, looks for all of them in all
-// views, and once more for those that this moved, finds the intervals that they are in, and merges
-// those that are one. The same views give the same lines, whatever the number of threads. Once
-// progress says so, the lines are those that were found so far.
+// views, and once more for those that this moved, finds the intervals that they are in, merges
+// those that are one, and collects what tells of each whether it is an edge. The same views give
+// the same lines, whatever the number of threads. Once progress says so, the lines are those that
+// were found so far.
+std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images,
+                                    const std::vector<BuildingAxis>& axes,
+                                    std::vector<TrackedLine> known, const VisibilityDepths& depths,
+                                    const LineSurfaces& surfaces, const MapLineOptions& options,
+                                    const Progress& progress = {});
+
+// The same as a map says it.
 LinesOfMap BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
                       const VisibilityDepths& depths, const LineSurfaces& surfaces,

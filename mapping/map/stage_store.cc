@@ -152,7 +152,8 @@ Json LinesJson(const std::vector<MapLine>& lines) {
     }
     Append(line.start_world, &numbers);
     Append(line.end_world, &numbers);
-    numbers.insert(numbers.end(), {line.sigma_m, line.deviation_rad, line.deviation_sigma_rad});
+    numbers.insert(numbers.end(), {line.sigma_m, line.deviation_rad, line.deviation_sigma_rad,
+                                   line.edge_probability});
   }
   return Packed(numbers);
 }
@@ -173,6 +174,7 @@ std::vector<MapLine> ParseLines(const Json& json) {
     line.sigma_m = reader.Take();
     line.deviation_rad = reader.Take();
     line.deviation_sigma_rad = reader.Take();
+    line.edge_probability = reader.Take();
   }
   return lines;
 }

@@ -397,7 +397,7 @@ void AddJunctions(const JunctionOptions& options, const Progress& progress, MapR
     std::tie(line.axis, line.world) = AxisAlong(direction, shown);
     line.segment = segment;
     line.sigma_m = LargestSigma_m(covariance);
-    line.kind = LineKind::kEdge;
+    line.SetProbability(1);
     map->lines.push_back(line);
     map->line_evidence.covariances.push_back(covariance);
   }

@@ -73,7 +73,7 @@ TEST(StageStore, LinesComeBackToTheLastBit) {
   line.observations = 9;
   line.deviation_rad = 0.001 / 3;
   line.deviation_sigma_rad = 0.002 / 3;
-  line.kind = LineKind::kOutline;
+  line.kind = LineKind::kEdge;
   stage.lines = {line, MapLine()};
   LineCovariance covariance{12, 1, Eigen::Matrix3d::Random(), Eigen::Matrix3d::Random(),
                             Eigen::Matrix3d::Random()};

@@ -88,7 +88,7 @@ TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
   MapLine line;
   line.start_world.z() = line.end_world.z() = 4;
   line.axis = LineAxis::kVertical;
-  line.kind = LineKind::kOutline;
+  line.kind = LineKind::kEdge;
   map_.lines = {line};
   Write(map_);
   const std::regex layer("\n8\n([^\n]*)\n");

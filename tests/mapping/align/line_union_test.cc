@@ -112,16 +112,15 @@ TEST(UniteLines, CovariancesAndSupportsGetTheNewIds) {
   EXPECT_EQ(united.evidence.supports[2].stamp_ns, 200);
 }
 
-TEST(UniteLines, KindsAreWhatMostOfTheLengthSays) {
+TEST(UniteLines, ProbabilitiesAreMeansOverTheLength) {
   MapLine mark = Upright(0, 1.0, 0, 0.5), edge = Upright(0, 1.003, 0, 2);
-  mark.kind = LineKind::kMark;
-  MapLine unknown = Upright(1, 3.0), outline = Upright(1, 3.002, 0, 0.3);
-  unknown.kind = LineKind::kUnknown;
-  outline.kind = LineKind::kOutline;
-  const LinesOfMap united = Unite({{mark, unknown}, {}}, {{edge, outline}, {}});
-  ASSERT_THAT(united.lines, SizeIs(2));
-  EXPECT_EQ(united.lines[0].kind, LineKind::kOutline);
-  EXPECT_EQ(united.lines[1].kind, LineKind::kEdge);
+  mark.SetProbability(0.1);
+  edge.SetProbability(0.9);
+  const LinesOfMap united = Unite({{mark}, {}}, {{edge}, {}});
+  ASSERT_THAT(united.lines, SizeIs(1));
+  EXPECT_EQ(united.lines[0].kind, LineKind::kEdge);
+  EXPECT_GT(united.lines[0].edge_probability, 0.7);
+  EXPECT_LT(united.lines[0].edge_probability, 0.9);
 }
 
 // A quarter turn makes X of the second run the Y of the first; a wing of it is a world of its own.

@@ -82,71 +82,55 @@ TEST(LineSurfaces, FarFromAllPointsNothingIsKnown) {
   EXPECT_NEAR(LineSurfaces({}).Beside(kLine, {{0, 0.4}, {1, 1.3}}).unknown_m, 0.7, 1e-9);
 }
 
-TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces,
-                     double brightness = 100) {
+// As well known as most lines.
+TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces) {
   TrackedLine line;
-  line.brightness_sum = 10 * brightness;
+  line.brightness_sum = 1000;
   line.step_sum = 10 * step;
   line.lasting_sum = 10 * step * lasting;
   line.surfaces = surfaces;
+  line.fit.views = 12;
+  line.fit.spread_px = 0.15;
+  line.fit.covariance.setIdentity();
+  line.fit.covariance *= 4e-6;
   return line;
 }
 
-TEST(LineKinds, ALineWhereSurfacesBendIsAnEdgeHoweverItLooks) {
-  EXPECT_EQ(FindKind(WithStep(40, 1, {0.1, 0.9, 0})), LineKind::kEdge);
-  EXPECT_EQ(FindKind(WithStep(40, 0.1, {0.1, 0.9, 0})), LineKind::kEdge);
+TEST(LineKinds, WhereSurfacesBendIsAnEdgeAndAmongManyAJoint) {
+  EXPECT_GT(ComputeEdgeProbability(WithStep(40, 1, {0.1, 0.9, 0})), 0.8);
+  TrackedLine joint = WithStep(15, 0.2, {1, 0, 0});
+  joint.parallels = 8;
+  joint.sides = {-12, -20, 4};
+  EXPECT_LT(ComputeEdgeProbability(joint), 0.2);
 }
 
-TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
-  const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(40, 1, flat)), LineKind::kOutline);
-  EXPECT_EQ(FindKind(WithStep(8, 1, flat)), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(40, 0.3, flat)), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(40, 3, flat)), LineKind::kMark);
+TEST(LineKinds, EachVoteCounts) {
+  const TrackedLine line = WithStep(25, 0.6, {0.6, 0.4, 0});
+  const double before = ComputeEdgeProbability(line);
+  TrackedLine bent = line, behind = line, strong = line, joint = line, loose = line;
+  bent.surfaces = {0.1, 0.9, 0};
+  behind.sides = {20, 0, 5};
+  strong.step_sum *= 2, strong.lasting_sum *= 2;
+  joint.parallels = 6;
+  loose.fit.spread_px = 0.4;
+  EXPECT_GT(ComputeEdgeProbability(bent), before);
+  EXPECT_GT(ComputeEdgeProbability(behind), before);
+  EXPECT_GT(ComputeEdgeProbability(strong), before);
+  EXPECT_LT(ComputeEdgeProbability(joint), before);
+  EXPECT_LT(ComputeEdgeProbability(loose), before);
 }
 
-TEST(LineKinds, AStepIsLargeAgainstHowBrightTheImageIs) {
-  const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(8, 1, flat, 20)), LineKind::kOutline) << "a poster in the dark";
-  EXPECT_EQ(FindKind(WithStep(30, 1, flat, 200)), LineKind::kMark) << "a tile in the light";
+TEST(LineKinds, HowBrightTheLightIsDoesNotMatter) {
+  const TrackedLine line = WithStep(25, 0.6, {0.6, 0.4, 0});
+  TrackedLine dark = line;
+  for (double* sum : {&dark.step_sum, &dark.lasting_sum, &dark.brightness_sum}) *sum *= 0.2;
+  EXPECT_DOUBLE_EQ(ComputeEdgeProbability(dark), ComputeEdgeProbability(line));
 }
 
-TEST(LineKinds, ANarrowTrimStandsOutMoreThanGrain) {
-  const SurfacesBeside flat{0.5, 0.05, 0};
-  EXPECT_EQ(FindKind(WithStep(60, 0.2, flat)), LineKind::kOutline);
-  EXPECT_EQ(FindKind(WithStep(30, 0.2, flat)), LineKind::kMark);
-}
-
-TEST(LineKinds, ALongLineOnAFlatSurfaceIsNoGrain) {
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {3, 0.2, 0})), LineKind::kOutline) << "a skirting";
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.85, 0, 0})), LineKind::kOutline) << "a leaf's edge";
-  EXPECT_EQ(FindKind(WithStep(20, 0.2, {0.75, 0, 0})), LineKind::kMark);
-  EXPECT_EQ(FindKind(WithStep(5, 0.2, {3, 0.2, 0})), LineKind::kMark) << "a row of joints";
-}
-
-TEST(LineKinds, WhatHardlyStandsOutAmongManyIsAMarkHoweverLong) {
-  const SurfacesBeside flat{3, 0.2, 0}, relief{0.1, 0.9, 0};
-  const auto among = [](int parallels, double step, const SurfacesBeside& surfaces) {
-    TrackedLine line = WithStep(step, 0.5, surfaces);
-    line.parallels = parallels;
-    return FindKind(line);
-  };
-  EXPECT_EQ(among(6, 20, flat), LineKind::kMark) << "the joint of a brick wall";
-  EXPECT_EQ(among(1, 20, flat), LineKind::kOutline) << "a skirting";
-  EXPECT_EQ(among(6, 60, flat), LineKind::kOutline) << "a poster on bricks";
-  TrackedLine row = WithStep(35, 1, flat);  // a step that lasts
-  EXPECT_EQ(FindKind(row), LineKind::kOutline);
-  row.parallels = 6;
-  EXPECT_EQ(FindKind(row), LineKind::kMark) << "a row of lighter bricks";
-  EXPECT_EQ(among(6, 20, relief), LineKind::kMark) << "a joint where the cloud is rough";
-  EXPECT_EQ(among(6, 60, relief), LineKind::kEdge) << "a baluster";
-}
-
-TEST(LineKinds, WithoutSurfacesTheStepAloneTellsMarks) {
-  const SurfacesBeside unknown{0.1, 0, 0.9};
-  EXPECT_EQ(FindKind(WithStep(40, 1, unknown)), LineKind::kUnknown);
-  EXPECT_EQ(FindKind(WithStep(40, 0.3, unknown)), LineKind::kMark);
-  EXPECT_EQ(FindKind(TrackedLine()), LineKind::kMark) << "never seen";
+TEST(LineKinds, ALineOfWhichNothingIsKnownHasAProbability) {
+  const double probability = ComputeEdgeProbability(TrackedLine());
+  EXPECT_GE(probability, 0);
+  EXPECT_LE(probability, 1);
 }
 
 // A line along x through a place across it.

@@ -21,7 +21,7 @@ MapLine LineAt(const Vector3d& start, const Vector3d& end) {
   line.start_world = start;
   line.end_world = end;
   line.observations = 5;
-  line.kind = LineKind::kOutline;
+  line.kind = LineKind::kEdge;
   return line;
 }
 

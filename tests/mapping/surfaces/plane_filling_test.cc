@@ -149,7 +149,7 @@ TEST(FillPlanes, LeavesOutWhatALinePartsFromTheWall) {
     MapLine line;
     line.start_world = {x, kWall_m + 0.03, 0};
     line.end_world = {x, kWall_m + 0.03, 3};
-    line.kind = LineKind::kOutline;
+    line.kind = LineKind::kEdge;
     scene.lines.push_back(line);
   }
   for (const double side : {-1, 1}) {
