@@ -291,8 +291,8 @@ float Emission(const Scene& scene, const SceneQuad& quad) {
 }
 
 // Where a quad starts in its tile, in [0, kSide): at random by material, and on from its neighbour.
-float OffsetTexels(float origin_m, uint32_t random) {
-  const float turns = UnitFloat(random) + origin_m / (TextureTile::kTexel_m * TextureTile::kSide);
+float OffsetTexels(float origin_m, float texels_per_m, uint32_t random) {
+  const float turns = UnitFloat(random) + origin_m * texels_per_m / TextureTile::kSide;
   return (turns - std::floor(turns)) * TextureTile::kSide;
 }
 
@@ -301,18 +301,23 @@ float OffsetTexels(float origin_m, uint32_t random) {
 SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& quad_rays,
                              const LightBakingOptions& options, const Progress& progress)
     : textures_(scene.materials), light_(LightMaps::Bake(scene, quad_rays, options, progress)) {
-  constexpr float kTexelsPerMetre = 1 / TextureTile::kTexel_m;
   for (const SceneQuad& quad : scene.quads) {
     const SurfaceMaterial& material = scene.materials[quad.material];
     Surface s{};
     s.tile = &textures_.Of(material);
-    const bool stretched = material.texture == TextureKind::kPoster;
-    s.scale_s = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.u.norm();
-    s.scale_t = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.v.norm();
-    s.offset_s = stretched ? 0 : OffsetTexels(quad.texture_origin.x(), Mixed(material.seed, 1));
-    s.offset_t = stretched ? 0 : OffsetTexels(quad.texture_origin.y(), Mixed(material.seed, 2));
-    s.texels_per_m =
-        stretched ? TextureTile::kSide / std::sqrt(quad.u.cross(quad.v).norm()) : kTexelsPerMetre;
+    if (material.texture == TextureKind::kPoster) {
+      s.scale_s = s.scale_t = TextureTile::kSide;
+      s.texels_per_m = TextureTile::kSide / std::sqrt(quad.u.cross(quad.v).norm());
+    } else {
+      s.texels_per_m = 1 / (s.tile->texel_m * material.scale);
+      s.scale_s = s.texels_per_m * quad.u.norm();
+      s.scale_t = s.texels_per_m * quad.v.norm();
+      const auto offset = [&](int k) {
+        return OffsetTexels(quad.texture_origin[k], s.texels_per_m, Mixed(material.seed, k + 1));
+      };
+      s.offset_s = offset(0);
+      s.offset_t = offset(1);
+    }
     s.base = material.albedo * (1 - material.contrast);
     s.gain = material.albedo * material.contrast / 128;
     s.emission = material.texture == TextureKind::kLamp ? Emission(scene, quad) : 0;

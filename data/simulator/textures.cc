@@ -60,21 +60,32 @@ cv::Mat Fractal(int columns, int rows, float gain, uint32_t seed) {
 // Rectangular cells of random brightness with joints between them, as bricks or tiles.
 struct Bond {
   int columns, rows;
-  int joint_px;
+  float joint_px;
   float spread, joint;  // of the cells' brightness; brightness of the joints
   bool staggered;       // every other row by half a cell
+  float relief = 0;     // how much brighter the rims above are, and darker those below
+  float wobble_px = 0;  // of the width of the joints
 };
 
 cv::Mat Cells(const Bond& bond, uint32_t seed) {
   cv::Mat out(kSide, kSide, CV_32F);
-  const int w = kSide / bond.columns, h = kSide / bond.rows;
+  const cv::Mat wobble = bond.wobble_px * Noise(128, 128, Mixed(seed, 77));
+  const float w = 1.0f * kSide / bond.columns, h = 1.0f * kSide / bond.rows;
   for (int y = 0; y < kSide; ++y) {
-    const int row = y / h, shift = bond.staggered && row % 2 == 1 ? w / 2 : 0;
+    const int row = y * bond.rows / kSide;
+    const float from_below = y - row * h, from_above = h - from_below;
+    const int shift = bond.staggered && row % 2 == 1 ? static_cast<int>(w / 2) : 0;
     for (int x = 0; x < kSide; ++x) {
-      const int xs = (x + shift) % kSide;
-      const uint32_t cell = Mixed(seed, static_cast<uint32_t>(row * bond.columns + xs / w));
-      const bool joint = xs % w < bond.joint_px || y % h < bond.joint_px;
-      out.at<float>(y, x) = joint ? bond.joint : bond.spread * (2 * UnitFloat(cell) - 1);
+      const int xs = (x + shift) % kSide, column = xs * bond.columns / kSide;
+      const uint32_t cell = Mixed(seed, static_cast<uint32_t>(row * bond.columns + column));
+      const float joint_px = bond.joint_px + wobble.at<float>(y, x);
+      const float near = std::min(xs - column * w, from_below);
+      const float share = std::clamp(joint_px - near, 0.0f, 1.0f);  // of the joint in the texel
+      constexpr float kRim_px = 2.5f;
+      const float rims = std::exp(-std::max(from_above, 0.0f) / kRim_px) -
+                         std::exp(-std::max(from_below - joint_px, 0.0f) / kRim_px);
+      const float face = bond.spread * (2 * UnitFloat(cell) - 1) + bond.relief * rims;
+      out.at<float>(y, x) = share * bond.joint + (1 - share) * face;
     }
   }
   return out;
@@ -124,8 +135,81 @@ cv::Mat Carpet(uint32_t seed) {
   return image;
 }
 
+// Running bond of 25 x 7.5 cm with mortar of 1 cm.
 cv::Mat Brick(uint32_t seed) {
-  return Cells({8, 32, 4, 0.25f, 0.3f, true}, seed) + 0.12f * Fractal(16, 16, 0.8f, seed + 1);
+  return Cells({10, 34, 4, 0.22f, 0.3f, true, 0.15f, 0.8f}, seed) +
+         0.08f * Fractal(16, 16, 0.8f, seed + 1) + 0.03f * Fractal(4, 4, 0.7f, seed + 2);
+}
+
+// Concrete blocks of 40 x 20 cm with joints of 1 cm that hardly differ from them.
+cv::Mat Block(uint32_t seed) {
+  cv::Mat image = Cells({6, 12, 4.2f, 0.05f, -0.12f, true, 0.12f, 0.7f}, seed);
+  image += 0.06f * Fractal(4, 4, 0.75f, seed + 1) + 0.06f * Fractal(128, 128, 0.9f, seed + 2);
+  AddSpots(2500, 3, -0.25f, seed + 3, &image);
+  return image;
+}
+
+// Where boards of 10 to 20 cm begin, and the end.
+std::vector<int> BoardStarts(Dice* dice) {
+  constexpr int kLeast_px = 40, kMost_px = 80;
+  std::vector<int> starts = {0};
+  while (kSide - starts.back() > kMost_px) {
+    const int rest_px = kSide - starts.back();
+    starts.push_back(starts.back() + kLeast_px +
+                     dice->Below(std::min(kMost_px, rest_px - kLeast_px) - kLeast_px + 1));
+  }
+  starts.push_back(kSide);
+  return starts;
+}
+
+// Boards side by side: each of another trunk, with a dark joint and a bright rim.
+cv::Mat Timber(uint32_t seed) {
+  constexpr float kJoint_px = 1.6f, kRing_px = 9;
+  const cv::Mat grain = Fractal(4, 256, 0.7f, seed), bend = Fractal(2, 8, 0.5f, seed + 1);
+  Dice dice(seed + 2);
+  const std::vector<int> starts = BoardStarts(&dice);
+  cv::Mat image(kSide, kSide, CV_32F);
+  for (size_t board = 0; board + 1 < starts.size(); ++board) {
+    const int shift = dice.Below(kSide);
+    const float shade = dice.Between(-0.16f, 0.16f), rings = dice.Between(0.03f, 0.12f);
+    const float heart_px = dice.Between(-20, 100);
+    for (int y = starts[board]; y < starts[board + 1]; ++y) {
+      const float off_px = static_cast<float>(y - starts[board]);
+      const float joint = std::clamp(kJoint_px - off_px, 0.0f, 1.0f);
+      for (int x = 0; x < kSide; ++x) {
+        const int from = (x + shift) % kSide;
+        const float ring = (std::abs(off_px - heart_px) + 25 * bend.at<float>(y, from)) / kRing_px;
+        const float face = shade + rings * std::sin(ring) + 0.10f * grain.at<float>(y, from);
+        image.at<float>(y, x) = (1 - joint) * face - 0.7f * joint;
+      }
+    }
+  }
+  AddSpots(25, 9, -0.3f, seed + 3, &image);
+  return image;
+}
+
+// Panels of 60 cm with pinholes in a grid of bright bars of 24 mm, which stand in a dark gap.
+cv::Mat CeilingGrid(uint32_t seed) {
+  constexpr int kPanels = 4;
+  constexpr float kBar_px = 10.2f, kGap_px = 1.3f;
+  cv::Mat image = Cells({kPanels, kPanels, 0, 0.03f, 0, false}, seed);
+  image += 0.02f * Fractal(4, 4, 0.7f, seed + 1);
+  AddSpots(9000, 2, -0.35f, seed + 2, &image);
+  const auto from_bar = [](int at) {
+    constexpr float kPanel_px = 1.0f * kSide / kPanels;
+    const float off = std::fmod(at + 0.5f, kPanel_px);
+    return std::min(off, kPanel_px - off);
+  };
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const float off_px = std::min(from_bar(x), from_bar(y)) - kBar_px / 2;
+      const float bar = std::clamp(0.5f - off_px, 0.0f, 1.0f);
+      const float gap = std::clamp(0.5f + kGap_px - off_px, 0.0f, 1.0f) - bar;
+      float& value = image.at<float>(y, x);
+      value = (1 - bar - gap) * value + 0.12f * bar - 0.45f * gap;
+    }
+  }
+  return image;
 }
 
 cv::Mat Metal(uint32_t seed) {
@@ -134,8 +218,9 @@ cv::Mat Metal(uint32_t seed) {
   return image;
 }
 
+// 20 cm, with joints of 3 mm; glazed, so nearly uniform.
 cv::Mat Tiles(uint32_t seed) {
-  return Cells({8, 8, 3, 0.08f, -0.4f, false}, seed) + 0.05f * Fractal(8, 8, 0.8f, seed + 1);
+  return Cells({13, 13, 1.2f, 0.05f, -0.5f, false}, seed) + 0.04f * Fractal(8, 8, 0.8f, seed + 1);
 }
 
 // A block of lines of letter-like strokes.
@@ -202,6 +287,12 @@ cv::Mat Deviations(TextureKind kind, uint32_t seed) {
       return Metal(seed);
     case TextureKind::kTiles:
       return Tiles(seed);
+    case TextureKind::kBlock:
+      return Block(seed);
+    case TextureKind::kTimber:
+      return Timber(seed);
+    case TextureKind::kCeilingGrid:
+      return CeilingGrid(seed);
     case TextureKind::kPoster:
       return Poster(seed);
     case TextureKind::kPlain:
@@ -209,6 +300,21 @@ cv::Mat Deviations(TextureKind kind, uint32_t seed) {
       break;
   }
   return cv::Mat::zeros(kSide, kSide, CV_32F);
+}
+
+// So that whole numbers of cells are of the usual sizes.
+float TexelSize_m(TextureKind kind) {
+  switch (kind) {
+    case TextureKind::kBrick:
+      return 2.5f / kSide;
+    case TextureKind::kTiles:
+      return 2.6f / kSide;
+    case TextureKind::kBlock:
+    case TextureKind::kCeilingGrid:
+      return 2.4f / kSide;
+    default:
+      return 0.0025f;
+  }
 }
 
 uint32_t Variant(const SurfaceMaterial& material) {
@@ -229,6 +335,7 @@ TextureTile MakeTexture(TextureKind kind, uint32_t seed) {
   cv::Mat level = Deviations(kind, Mixed(seed, 100 + static_cast<uint32_t>(kind)));
   level -= cv::mean(level)[0];
   TextureTile tile;
+  tile.texel_m = TexelSize_m(kind);
   for (int l = 0; l < TextureTile::kLevels; ++l) {
     cv::Mat bytes;
     level.convertTo(bytes, CV_8U, 128, 128);

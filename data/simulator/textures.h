@@ -15,8 +15,8 @@ namespace slcmap::inline data {
 struct TextureTile {
   static constexpr int kLevels = 11;
   static constexpr int kSide = 1 << (kLevels - 1);
-  static constexpr float kTexel_m = 0.0025f;  // of level 0, where the texture is not stretched
 
+  float texel_m = 0;  // of level 0, where the texture is neither scaled nor stretched
   std::array<std::vector<uint8_t>, kLevels> levels;
 };
 

@@ -39,7 +39,9 @@ const std::map<std::string, TextureKind>& Textures() {
       {"concrete", TextureKind::kConcrete}, {"wood", TextureKind::kWood},
       {"carpet", TextureKind::kCarpet},     {"brick", TextureKind::kBrick},
       {"metal", TextureKind::kMetal},       {"tiles", TextureKind::kTiles},
-      {"poster", TextureKind::kPoster},     {"lamp", TextureKind::kLamp}};
+      {"block", TextureKind::kBlock},       {"timber", TextureKind::kTimber},
+      {"poster", TextureKind::kPoster},     {"ceiling_grid", TextureKind::kCeilingGrid},
+      {"lamp", TextureKind::kLamp}};
   return textures;
 }
 
@@ -47,9 +49,11 @@ using Palette = std::map<std::string, SurfaceMaterial>;
 
 // What every scene can name; a scene's `materials` changes these and adds others.
 Palette DefaultPalette() {
-  return {{"brick", {TextureKind::kBrick, 0.4f, 1.0f, 11}},
+  return {{"block", {TextureKind::kBlock, 0.5f, 1.0f, 27}},
+          {"brick", {TextureKind::kBrick, 0.4f, 1.0f, 11}},
           {"carpet", {TextureKind::kCarpet, 0.3f, 1.0f, 12}},
-          {"ceiling", {TextureKind::kTiles, 0.75f, 0.4f, 13}},
+          {"ceiling", {TextureKind::kTiles, 0.75f, 0.4f, 13, 1.6f}},
+          {"ceiling_grid", {TextureKind::kCeilingGrid, 0.75f, 1.0f, 28}},
           {"concrete", {TextureKind::kConcrete, 0.4f, 1.0f, 14}},
           {"cork", {TextureKind::kCarpet, 0.35f, 1.0f, 15}},
           {"dark", {TextureKind::kPlain, 0.08f, 1.0f, 16}},
@@ -61,18 +65,20 @@ Palette DefaultPalette() {
           {"plaster", {TextureKind::kPlaster, 0.65f, 1.0f, 22}},
           {"red", {TextureKind::kPlain, 0.2f, 0.5f, 23}},
           {"tiles", {TextureKind::kTiles, 0.5f, 1.0f, 24}},
+          {"timber", {TextureKind::kTimber, 0.4f, 1.0f, 29}},
           {"white", {TextureKind::kPlain, 0.8f, 0.4f, 25}},
           {"wood", {TextureKind::kWood, 0.45f, 1.0f, 26}}};
 }
 
 SurfaceMaterial ReadMaterial(YamlSection section, SurfaceMaterial material) {
   std::string texture;
-  double albedo = material.albedo, contrast = material.contrast;
+  double albedo = material.albedo, contrast = material.contrast, scale = material.scale;
   int seed = static_cast<int>(material.seed);
   section.Read("texture", &texture);
   section.Read("albedo", &albedo);
   section.Read("contrast", &contrast);
   section.Read("seed", &seed);
+  section.Read("scale", &scale);
   section.Finish();
   if (!texture.empty()) {
     const auto found = Textures().find(texture);
@@ -91,8 +97,11 @@ SurfaceMaterial ReadMaterial(YamlSection section, SurfaceMaterial material) {
     throw ConfigError(section.place() + ".contrast: expected 0 to 10");
   }
   if (seed < 0) throw ConfigError(section.place() + ".seed: expected zero or more");
+  if (!(scale >= 0.1 && scale <= 10)) {
+    throw ConfigError(section.place() + ".scale: expected 0.1 to 10");
+  }
   return {material.texture, static_cast<float>(albedo), static_cast<float>(contrast),
-          static_cast<uint32_t>(seed)};
+          static_cast<uint32_t>(seed), static_cast<float>(scale)};
 }
 
 // Lamps in a box of the world shine `factor` times as brightly.

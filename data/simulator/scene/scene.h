@@ -35,6 +35,9 @@ enum class TextureKind {
   kBrick,
   kMetal,
   kTiles,
+  kBlock,
+  kTimber,
+  kCeilingGrid,
   kPoster,
   kLamp
 };
@@ -44,6 +47,7 @@ struct SurfaceMaterial {
   float albedo = 0.5f;    // mean reflectance, 0 to 1
   float contrast = 1.0f;  // scale of the texture's deviations from the mean; 0 is uniform
   uint32_t seed = 1;      // of the pattern; posters of different seeds show different things
+  float scale = 1.0f;     // of the pattern's size
 };
 
 // A plane quadrilateral a, a + u, a + u + v, a + v in world coordinates (metres). Texture
