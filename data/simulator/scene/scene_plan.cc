@@ -12,6 +12,7 @@
 
 #include "data/core/error.h"
 #include "data/io/trajectory.h"
+#include "data/simulator/scene/plan_outline.h"
 #include "data/simulator/scene/scene_objects.h"
 #include "data/simulator/scene/scene_walls.h"
 
@@ -22,8 +23,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kDarkBelow = 128;       // grey
-constexpr double kSpeck_m2 = 0.005;   // of what is dark: smaller ones are dirt
-constexpr double kStraight_px = 1.2;  // how far pixels of a straight side are off it
 constexpr double kCorner_deg = 40;    // what turns less is a curve
 constexpr double kLeastFace_m = 0.3;  // of what is told as a wall
 constexpr double kLeastDoor_m = 0.6, kMostDoor_m = 2.0, kSingleLeaf_m = 1.3;
@@ -114,57 +113,6 @@ cv::Mat ReadWallMask(const YamlSection& section, const std::string& name) {
   return mask;
 }
 
-// Sides that nearly run along the picture's rows or columns do so.
-void Square(std::vector<Vector2d>* corners) {
-  const size_t n = corners->size();
-  for (int k : {0, 1}) {
-    for (size_t i = 0; i < n; ++i) {
-      Vector2d &a = (*corners)[i], &b = (*corners)[(i + 1) % n];
-      if (std::abs(a[k] - b[k]) > 2 || std::abs(a[1 - k] - b[1 - k]) < 8) continue;
-      a[k] = b[k] = 0.5 * (a[k] + b[k]);
-    }
-  }
-}
-
-// Outlines run through the middles of pixels: half a pixel outwards.
-std::vector<Vector2d> Widened(const std::vector<Vector2d>& corners) {
-  const size_t n = corners.size();
-  std::vector<Vector2d> widened;
-  for (size_t i = 0; i < n; ++i) {
-    const Vector2d in = (corners[i] - corners[(i + n - 1) % n]).normalized();
-    const Vector2d out = (corners[(i + 1) % n] - corners[i]).normalized();
-    const Vector2d a(-in.y(), in.x()), b(-out.y(), out.x());  // to the free side
-    widened.push_back(corners[i] + 0.5 * (a + b) / std::max(0.5, 1 + a.dot(b)));
-  }
-  return widened;
-}
-
-// Outlines with what is dark to their right, in pixels, y up.
-std::vector<std::vector<Vector2d>> TraceWalls(const cv::Mat& mask, double pixel_m) {
-  std::vector<std::vector<cv::Point>> traced;
-  std::vector<cv::Vec4i> tree;
-  cv::findContours(mask, traced, tree, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
-  std::vector<std::vector<Vector2d>> outlines;
-  for (size_t i = 0; i < traced.size(); ++i) {
-    if (cv::contourArea(traced[i]) * pixel_m * pixel_m < kSpeck_m2) continue;
-    std::vector<cv::Point> polygon;
-    cv::approxPolyDP(traced[i], polygon, kStraight_px, true);
-    if (polygon.size() < 3) continue;
-    std::vector<Vector2d> corners;
-    for (const cv::Point& p : polygon) corners.emplace_back(p.x, mask.rows - 1 - p.y);
-    double twice_area = 0;
-    for (size_t k = 0; k < corners.size(); ++k) {
-      const Vector2d &a = corners[k], &b = corners[(k + 1) % corners.size()];
-      twice_area += a.x() * b.y() - a.y() * b.x();
-    }
-    const bool is_hole = tree[i][3] >= 0;
-    if ((twice_area > 0) != is_hole) std::reverse(corners.begin(), corners.end());
-    Square(&corners);
-    outlines.push_back(Widened(corners));
-  }
-  return outlines;
-}
-
 class PlanBuilder {
  public:
   PlanBuilder(const YamlSection& section, const PlanOptions& options,
@@ -209,12 +157,12 @@ class PlanBuilder {
 
   void CollectSides() {
     int outline = 0;
-    for (const std::vector<Vector2d>& corners : TraceWalls(mask_, options_.pixel_m)) {
+    for (const std::vector<Vector2d>& corners : TraceOutlines(mask_, options_.pixel_m)) {
       const int first = static_cast<int>(sides_.size()), n = static_cast<int>(corners.size());
       for (int i = 0; i < n; ++i) {
         Side side;
-        side.from = options_.pixel_m * (corners[i] + Vector2d(0.5, 0.5));
-        side.to = options_.pixel_m * (corners[(i + 1) % n] + Vector2d(0.5, 0.5));
+        side.from = options_.pixel_m * corners[i];
+        side.to = options_.pixel_m * corners[(i + 1) % n];
         side.outline = outline;
         side.before = first + (i + n - 1) % n;
         side.behind = first + (i + 1) % n;
@@ -225,14 +173,19 @@ class PlanBuilder {
     }
   }
 
-  // Behind the middle of a side.
+  // The least of some places: another wall may join it from behind at one of them.
   double MeasureThickness(const Side& side) const {
-    const Vector2d middle = 0.5 * (side.from + side.to);
-    double depth_m = options_.pixel_m;
-    while (depth_m < kMostThickness_m && IsWall(middle - depth_m * side.normal())) {
-      depth_m += options_.pixel_m;
+    double least_m = kMostThickness_m;
+    for (const double share : {0.25, 0.5, 0.75}) {
+      const Vector2d place = side.from + share * (side.to - side.from);
+      double depth_m = 0;
+      const auto is_deeper = [&] {
+        return IsWall(place - (depth_m + 0.5 * options_.pixel_m) * side.normal());
+      };
+      while (depth_m < least_m && is_deeper()) depth_m += options_.pixel_m;
+      least_m = std::min(least_m, depth_m);
     }
-    return depth_m;
+    return std::max(least_m, options_.pixel_m);
   }
 
   bool IsEnd(const Side& side) const {
