@@ -13,7 +13,8 @@
 namespace slcmap::inline data {
 namespace {
 
-constexpr int kPackets = 2;  // of RayScene::kLanes rays to the lamps, a texel
+// Of RayScene::kLanes rays to the lamps, a texel: most lamps of a storey are behind walls.
+constexpr int kPackets = 8;
 
 constexpr float kOffset_m = 0.002f;  // of ray origins from their surface
 constexpr float kInset_m = 0.01f;    // of the outermost nodes from the border, where corners shade
@@ -184,10 +185,12 @@ class LightBaker {
     float sum = 0;
     for (const SceneLamp& lamp : scene_.lamps) {
       const Eigen::Vector3f to = lamp.a + 0.5f * (lamp.u + lamp.v) - point.position;
-      const float area = lamp.u.cross(lamp.v).norm();
+      const Eigen::Vector3f across = lamp.u.cross(lamp.v);
+      const float area = across.norm();
       const float reach = 0.5f * (lamp.u.norm() + lamp.v.norm()) / to.norm();
       const float cosine = std::max(point.normal.dot(to.normalized()) + reach, 0.0f);
-      sum += lamp.radiance * area * cosine / (to.squaredNorm() + area);
+      const float facing = std::abs(across.dot(to.normalized())) + reach * area;
+      sum += lamp.radiance * facing * cosine / (to.squaredNorm() + area);
       weights.push_back(sum);
     }
     return weights;
