@@ -263,9 +263,11 @@ TEST(ReadScene, RefusesNumbersOutOfRangeNamingFileAndKey) {
   }
   EXPECT_THROW(ReadScene(Written("ambient: 1e30\nobjects: [{kind: box, size: [1, 1, 1]}]")),
                ConfigError);
-  EXPECT_THROW(ReadScene(Written("materials: {white: {seed: -1}}\n"
-                                 "objects: [{kind: box, size: [1, 1, 1]}]")),
-               ConfigError);
+  for (const std::string wrong : {"seed: -1", "scale: 0", "texture: paving"}) {
+    EXPECT_THAT(
+        ErrorOf("materials: {white: {" + wrong + "}}\nobjects: [{kind: box, size: [1, 1, 1]}]"),
+        HasSubstr("materials.white." + wrong.substr(0, wrong.find(':'))));
+  }
 }
 
 }  // namespace
