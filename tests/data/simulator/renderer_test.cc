@@ -3,17 +3,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "data/core/error.h"
 #include "data/io/ply.h"
 #include "data/simulator/motion.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/sequence_writer.h"
+#include "data/simulator/shading.h"
 #include "data/simulator/textures.h"
 #include "tests/testing/small_scenes.h"
 #include "tests/testing/temp_folder.h"
@@ -335,7 +338,112 @@ INSTANTIATE_TEST_SUITE_P(Kinds, TextureTest,
                          ::testing::Values(TextureKind::kPlaster, TextureKind::kConcrete,
                                            TextureKind::kWood, TextureKind::kCarpet,
                                            TextureKind::kBrick, TextureKind::kMetal,
-                                           TextureKind::kTiles));
+                                           TextureKind::kTiles, TextureKind::kBlock,
+                                           TextureKind::kTimber, TextureKind::kCeilingGrid));
+
+struct Pattern {
+  TextureKind kind;
+  double column_m, row_m;  // from joint to joint; staggered ones are met at half a cell
+  double least, most;      // how much the joints of rows differ from what is between them
+};
+
+// Means of the columns or rows of level 0 less the mean over `period_px` around, 1 is the mean.
+std::vector<double> Profile(const TextureTile& tile, bool of_rows, double period_px) {
+  constexpr int kSide = TextureTile::kSide;
+  const cv::Mat grey(kSide, kSide, CV_8U, const_cast<uint8_t*>(tile.levels[0].data()));
+  cv::Mat means;
+  cv::reduce(grey, means, of_rows ? 1 : 0, cv::REDUCE_AVG, CV_64F);
+  const auto at = [&](int i) { return means.at<double>((i + kSide) % kSide) / 128; };
+  const int half = static_cast<int>(period_px / 2);
+  std::vector<double> profile(kSide);
+  for (int i = 0; i < kSide; ++i) {
+    double around = 0;
+    for (int k = -half; k <= half; ++k) around += at(i + k) / (2 * half + 1);
+    profile[i] = (at(i - 1) + at(i) + at(i + 1)) / 3 - around;
+  }
+  return profile;
+}
+
+double Correlation(const std::vector<double>& profile, double shift_px) {
+  double product = 0, square = 0;
+  for (size_t i = 0; i < profile.size(); ++i) {
+    const size_t j = (i + static_cast<size_t>(std::lround(shift_px))) % profile.size();
+    product += profile[i] * profile[j];
+    square += profile[i] * profile[i];
+  }
+  return product / square;
+}
+
+class PatternTest : public ::testing::TestWithParam<Pattern> {};
+
+TEST_P(PatternTest, HasJointsWhereARealOneHasThem) {
+  const Pattern& pattern = GetParam();
+  const TextureTile tile = MakeTexture(pattern.kind, 1);
+  for (const bool of_rows : {false, true}) {
+    const double period_px = (of_rows ? pattern.row_m : pattern.column_m) / tile.texel_m;
+    const std::vector<double> profile = Profile(tile, of_rows, period_px);
+    EXPECT_GT(Correlation(profile, period_px), 0.5);
+    EXPECT_LT(Correlation(profile, period_px / 2), 0.25);
+    if (!of_rows) continue;
+    const auto [low, high] = std::minmax_element(profile.begin(), profile.end());
+    EXPECT_GT(std::max(-*low, *high), pattern.least);
+    EXPECT_LT(std::max(-*low, *high), pattern.most);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PatternTest,
+                         ::testing::Values(Pattern{TextureKind::kBrick, 0.125, 0.075, 0.15, 0.5},
+                                           Pattern{TextureKind::kTiles, 0.2, 0.2, 0.15, 0.5},
+                                           Pattern{TextureKind::kBlock, 0.2, 0.2, 0.04, 0.2},
+                                           Pattern{TextureKind::kCeilingGrid, 0.6, 0.6, 0.15,
+                                                   0.5}));
+
+TEST(PatternTest, TimberHasBoardsOfTenToTwentyCentimetresWithDarkJoints) {
+  const TextureTile tile = MakeTexture(TextureKind::kTimber, 1);
+  const std::vector<double> profile = Profile(tile, true, 0.1 / tile.texel_m);
+  std::vector<int> joints;
+  for (int i = 0; i < TextureTile::kSide; ++i) {
+    if (profile[i] > -0.15) continue;
+    if (joints.empty() || i > joints.back() + 5) joints.push_back(i);
+  }
+  ASSERT_GE(joints.size(), 12u);
+  for (size_t i = 1; i < joints.size(); ++i) {
+    const double width_m = (joints[i] - joints[i - 1]) * tile.texel_m;
+    EXPECT_GT(width_m, 0.095);
+    EXPECT_LT(width_m, 0.205);
+  }
+}
+
+// The share of the light that comes back at fractions along a square of a material.
+std::vector<float> Reflected(SurfaceMaterial material, float side_m) {
+  Scene scene;
+  scene.ambient = 1;
+  scene.quads = {{{0, 0, 0}, {side_m, 0, 0}, {0, side_m, 0}, 0}};
+  const auto radiance = [&](float contrast) {
+    material.contrast = contrast;
+    scene.materials = {material};
+    const SurfaceShader shader(scene, RayScene(scene.quads), {});
+    std::vector<float> values;
+    for (int i = 1; i < 400; ++i) {
+      const float s = static_cast<float>(i) / 400;
+      values.push_back(shader.ComputeRadiance({0, s, 0.3f, 1, {0, 0, -1}, 1e-6f, 0}));
+    }
+    return values;
+  };
+  std::vector<float> values = radiance(1);
+  const std::vector<float> plain = radiance(0);
+  for (size_t i = 0; i < values.size(); ++i) values[i] /= plain[i];
+  return values;
+}
+
+TEST(PatternTest, ScaleIsThatOfItsSize) {
+  SurfaceMaterial material{TextureKind::kBrick, 0.5f, 1, 3};
+  const std::vector<float> small = Reflected(material, 2);
+  material.scale = 1.5f;
+  const std::vector<float> large = Reflected(material, 3);
+  for (size_t i = 0; i < small.size(); ++i) EXPECT_NEAR(small[i], large[i], 0.01) << i;
+  EXPECT_GT(*std::max_element(small.begin(), small.end()), 1.2);
+}
 
 TEST(TextureSetTest, PostersOfOtherSeedsShowOtherThings) {
   const std::vector<SurfaceMaterial> materials = {{TextureKind::kPoster, 0.5, 1, 1},
