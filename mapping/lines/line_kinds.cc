@@ -59,8 +59,9 @@ namespace {
 
 // What each vote weighs, as tests/benchmarks/fit_line_votes.py found it on lines of simulated
 // buildings whose edges are known: a logistic regression.
-constexpr std::array<double, kLineVotes> kWeights{0,   0, 1,    0.7, -0.4, 1, 0,   0,
-                                                  0.6, 0, -0.7, 0,   -9,   0, -0.9};
+constexpr std::array<double, kLineVotes> kWeights{3.747,  1.975,  1.269,   0.133,  -0.075,
+                                                  -0.266, -0.538, 1.348,   0.482,  -0.599,
+                                                  -1.088, -0.603, -14.094, 10.724, -0.676};
 
 }  // namespace
 
