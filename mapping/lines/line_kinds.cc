@@ -59,9 +59,9 @@ namespace {
 
 // What each vote weighs, as tests/benchmarks/fit_line_votes.py found it on lines of simulated
 // buildings whose edges are known: a logistic regression.
-constexpr std::array<double, kLineVotes> kWeights{3.747,  1.975,  1.269,   0.133,  -0.075,
-                                                  -0.266, -0.538, 1.348,   0.482,  -0.599,
-                                                  -1.088, -0.603, -14.094, 10.724, -0.676};
+constexpr std::array<double, kLineVotes> kWeights{2.139,  2.139,  1.113,   0.080,  0.272,
+                                                  -0.558, 1.646,  -0.271,  0.104,  1.932,
+                                                  -0.883, -0.658, -14.126, 10.979, -0.603};
 
 }  // namespace
 
@@ -79,12 +79,12 @@ std::array<double, kLineVotes> CountVotes(const TrackedLine& line) {
           flat,
           beside.relief_m / all_m,
           line.sides.behind / pieces,
-          line.sides.air / pieces,
           step,
           step * step,
           flat * step,
           lasting,
           lasts,
+          lasts * lasts,
           std::log1p(line.parallels),
           std::log(std::max(line.fit.views, 3)),
           spread_px,

@@ -185,7 +185,7 @@ SideVotes Vote(const Likelihoods& left, const Likelihoods& right) {
   LogMean behind;
   behind.Add(left_on.Get() + right_off.Get());
   behind.Add(left_off.Get() + right_on.Get());
-  return {behind.Get() - flat.Get(), left_off.Get() + right_off.Get() - flat.Get(), 1};
+  return {behind.Get() - flat.Get(), 1};
 }
 
 struct Task {
@@ -355,7 +355,6 @@ class SideComparer {
 void Add(const SideVotes& votes, SideVotes* sum) {
   constexpr double kMost = 8;
   sum->behind += std::clamp(votes.behind, -kMost, kMost);
-  sum->air += std::clamp(votes.air, -kMost, kMost);
   sum->pieces += votes.pieces;
 }
 

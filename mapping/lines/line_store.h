@@ -63,11 +63,10 @@ class LineSurfaces {
   PointTree index_;
 };
 
-// What images say of the surfaces at its two sides (line_sides.h): sums over pieces of the
-// log-likelihood ratios of a surface that lies behind the line, and of two that do, as behind a
-// line that is in the air, against one plane.
+// What images say of the surfaces at its two sides (line_sides.h): the sum over pieces of the
+// log-likelihood ratio of one that lies behind the line against one plane.
 struct SideVotes {
-  double behind = 0, air = 0;
+  double behind = 0;
   int pieces = 0;
 };
 

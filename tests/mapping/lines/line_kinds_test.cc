@@ -100,7 +100,7 @@ TEST(LineKinds, WhereSurfacesBendIsAnEdgeAndAmongManyAJoint) {
   EXPECT_GT(ComputeEdgeProbability(WithStep(40, 1, {0.1, 0.9, 0})), 0.8);
   TrackedLine joint = WithStep(15, 0.2, {1, 0, 0});
   joint.parallels = 8;
-  joint.sides = {-12, -20, 4};
+  joint.sides = {-12, 4};
   EXPECT_LT(ComputeEdgeProbability(joint), 0.2);
 }
 
@@ -109,7 +109,7 @@ TEST(LineKinds, EachVoteCounts) {
   const double before = ComputeEdgeProbability(line);
   TrackedLine bent = line, behind = line, strong = line, joint = line, loose = line;
   bent.surfaces = {0.1, 0.9, 0};
-  behind.sides = {20, 0, 5};
+  behind.sides = {20, 5};
   strong.step_sum *= 2, strong.lasting_sum *= 2;
   joint.parallels = 6;
   loose.fit.spread_px = 0.4;

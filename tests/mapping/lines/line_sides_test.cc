@@ -98,21 +98,12 @@ TEST(LineSides, AMarkIsOnOnePlane) {
   const SideVotes mark = VotesAt(kFront_m, kFront_m);
   ASSERT_GT(mark.pieces, 0);
   EXPECT_LT(mark.behind, -2 * mark.pieces);
-  EXPECT_LT(mark.air, -2 * mark.pieces);
 }
 
 TEST(LineSides, BehindAnEdgeLiesAnotherSurface) {
   const SideVotes edge = VotesAt(kFront_m, 2.6);
   ASSERT_GT(edge.pieces, 0);
   EXPECT_GT(edge.behind, 2 * edge.pieces);
-  EXPECT_GT(edge.behind, edge.air);
-}
-
-TEST(LineSides, BothSurfacesLieBehindALineInTheAir) {
-  const SideVotes air = VotesAt(2.59, 2.6);
-  ASSERT_GT(air.pieces, 0);
-  EXPECT_GT(air.air, 2 * air.pieces);
-  EXPECT_GT(air.air, air.behind);
 }
 
 TEST(LineSides, OneViewSaysNothing) {
