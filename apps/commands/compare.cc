@@ -16,6 +16,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/compare_runs.h"
+#include "apps/commands/external_maps.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
@@ -23,6 +24,7 @@
 #include "apps/compare/comparison.h"
 #include "apps/compare/comparison_page.h"
 #include "apps/compare/measure.h"
+#include "apps/maps/measured_map.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 #include "data/version.h"
@@ -45,6 +47,7 @@ struct CompareArguments {
   int threads = 2;
   PoseForm form;  // of the trajectories
   bool map = false;
+  ExternalMapArguments maps;  // by other systems, instead of sequences
 };
 
 struct NamedFile {
@@ -306,17 +309,50 @@ void Compare(const CompareArguments& arguments) {
   RefuseEmpty(arguments.output, comparison);
 }
 
+std::string FormatMapsCommand(const CompareArguments& arguments) {
+  const ExternalMapArguments& maps = arguments.maps;
+  std::string command = "slcmap compare --maps";
+  for (const std::string& map : maps.maps) command += " " + Quoted(map);
+  if (!maps.truth.empty()) command += " --true-map " + Quoted(maps.truth);
+  if (maps.true_scale != 1) command += fmt::format(" --true-scale {:g}", maps.true_scale);
+  for (const std::string& scale : maps.scales) command += " --map-scale " + Quoted(scale);
+  if (maps.as_they_are) command += " --as-they-are";
+  return command + " -o " + Quoted(arguments.output);
+}
+
+// Maps by any system instead of methods on sequences.
+void CompareMaps(const CompareArguments& arguments) {
+  const EndsAtOnce only_read;
+  const MapsToMeasure maps = CollectMaps(arguments.maps);
+  const std::vector<std::string> inputs = CollectFiles(maps);
+  RefuseInputs(arguments.output, inputs);
+  OutputFolder output(arguments.output,
+                      {"a comparison of maps", {"maps.json", "maps.csv", "maps.html"}}, inputs);
+  output.Open();
+  const std::vector<MeasuredMap> measured = MeasureMaps(maps, StageProgress("maps"));
+  const std::string& folder = output.staging();
+  WriteFile(folder + "/maps.csv", MapCsv(measured));
+  WriteFile(folder + "/maps.html", MapPage(measured, FormatMapsCommand(arguments)));
+  WriteJsonFile(folder + "/maps.json", MapsJson(measured));
+  output.Commit();
+  std::fputs(MapTable(measured).c_str(), stdout);
+  std::printf("\nresults   %s/maps.json, maps.csv\nopen      %s/maps.html\n",
+              arguments.output.c_str(), arguments.output.c_str());
+}
+
 }  // namespace
 
 void AddCompareCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("compare", "Compare methods on sequences, with one report of them");
   const auto arguments = std::make_shared<CompareArguments>();
-  command
-      ->add_option("sequences", arguments->sequences,
-                   "EuRoC (ASL) or TUM VI folders, with or without true poses")
-      ->type_name("SEQ")
-      ->required();
+  CLI::Option* sequences =
+      command
+          ->add_option("sequences", arguments->sequences,
+                       "EuRoC (ASL) or TUM VI folders, with or without true poses")
+          ->type_name("SEQ");
+  CLI::Option* maps = AddExternalMapOptions(*command, &arguments->maps);
+  maps->excludes(sequences);
   command
       ->add_option("-o,--output", arguments->output,
                    "Folder for the report; finished runs are kept in its folder runs, and not made "
@@ -343,11 +379,17 @@ void AddCompareCommand(CLI::App& app) {
                     "Make the dense map of each run too, and measure its walls (slow)");
   command->footer(
       "Examples:\n  slcmap compare MH_01_easy V1_01_easy -o report --repeats 3\n"
-      "  slcmap compare SEQ -o report --methods points,slc --with orbslam=poses.tum\n\n"
+      "  slcmap compare SEQ -o report --methods points,slc --with orbslam=poses.tum\n"
+      "  slcmap compare --maps ours=MAP other=other.ply limap=FOLDER --true-map scan.las -o "
+      "report\n\n"
       "All are measured with the same observations. Without true poses what needs none is "
       "measured,\n"
       "and the report says which that is.");
-  command->callback([arguments] { Compare(*arguments); });
+  command->callback([=] {
+    if (maps->count() > 0) return CompareMaps(*arguments);
+    if (sequences->count() == 0) throw CLI::RequiredError("sequences");
+    Compare(*arguments);
+  });
 }
 
 }  // namespace slcmap::commands

@@ -8,6 +8,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/evaluate_inputs.h"
+#include "apps/commands/external_maps.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
 #include "apps/evaluation/building_metrics.h"
@@ -18,6 +19,7 @@
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_report.h"
 #include "apps/evaluation/truth.h"
+#include "apps/maps/measured_map.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
@@ -44,6 +46,7 @@ struct EvaluateArguments {
   std::string observations;  // a run folder
   std::string map;           // a map folder
   bool accept_changed = false;
+  ExternalMapArguments maps;
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
@@ -296,6 +299,16 @@ void Evaluate(EvaluateArguments arguments) {
   WriteResults(arguments, metrics, json);
 }
 
+// Maps by any system, each by itself and against a scan, without a trajectory.
+void EvaluateMaps(const EvaluateArguments& arguments) {
+  const EndsAtOnce nothing_is_written;
+  const MapsToMeasure maps = CollectMaps(arguments.maps);
+  RefuseAsResult("--json", arguments.json, CollectFiles(maps));
+  const std::vector<MeasuredMap> measured = MeasureMaps(maps, StageProgress("maps"));
+  std::fputs(MapTable(measured).c_str(), stdout);
+  if (!arguments.json.empty()) WriteJsonFile(arguments.json, MapsJson(measured));
+}
+
 void AddPipeOptions(CLI::App* command, ComparedFiles* inputs) {
   CLI::Option* truth = command->add_option("--true-pipes", inputs->truth,
                                            "True pipes: truth/pipes.csv of a simulated sequence");
@@ -335,12 +348,12 @@ void AddEvaluateCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("evaluate", "Compare a trajectory, and mapped lines, with the true ones");
   const auto arguments = std::make_shared<EvaluateArguments>();
-  command->add_option("--truth", arguments->inputs.truth, "True trajectory, TUM or EuRoC file")
-      ->required();
-  command
-      ->add_option("--estimate", arguments->inputs.estimate,
-                   "Estimated trajectory, TUM or EuRoC file")
-      ->required();
+  CLI::Option* truth =
+      command->add_option("--truth", arguments->inputs.truth, "True trajectory, TUM or EuRoC file");
+  CLI::Option* estimate = command->add_option("--estimate", arguments->inputs.estimate,
+                                              "Estimated trajectory, TUM or EuRoC file");
+  CLI::Option* maps = AddExternalMapOptions(*command, &arguments->maps);
+  for (CLI::Option* trajectory : {truth, estimate}) maps->excludes(trajectory);
   command->add_option("--stamps", arguments->inputs.stamps,
                       "File whose first column holds the stamps [ns] that should have a pose "
                       "(default: ../cam0/data.csv beside the truth, else the truth's)");
@@ -369,6 +382,9 @@ void AddEvaluateCommand(CLI::App& app) {
                     "Also take files of the run and the map that are not as they were written; "
                     "values are checked in any case");
   command->callback([=] {
+    if (maps->count() > 0) return EvaluateMaps(*arguments);
+    if (truth->count() == 0) throw CLI::RequiredError("--truth");
+    if (estimate->count() == 0) throw CLI::RequiredError("--estimate");
     if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
       throw CLI::RequiresError("--true-edges", "--lines or --observations");
     }
@@ -405,7 +421,8 @@ void AddEvaluateCommand(CLI::App& app) {
       "      --true-edges SEQ/truth/edges.csv --lines RUN/lines.ply\n"
       "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate MAP/trajectory.tum \\\n"
       "      --true-surfaces SEQ/truth/surfaces.ply --cloud MAP/dense.ply --occupancy "
-      "MAP/occupancy.bt");
+      "MAP/occupancy.bt\n"
+      "  slcmap evaluate --maps other=cloud.ply --true-map scan.las");
 }
 
 }  // namespace slcmap::commands

@@ -341,6 +341,15 @@ std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
   return added;
 }
 
+void AddAngles(const Vector3d& up_world, Survey* survey) {
+  for (size_t i = 0; i < survey->walls.size(); ++i) {
+    for (size_t j = i + 1; j < survey->walls.size(); ++j) {
+      const auto angle = AngleBetween(survey->walls[i], survey->walls[j], up_world);
+      if (angle) survey->angles.push_back(*angle);
+    }
+  }
+}
+
 Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_world,
                    const SurveyOptions& options) {
   options.Check();
@@ -352,11 +361,9 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
     for (size_t j = i + 1; j < survey.walls.size(); ++j) {
       const SurveyedFace &a = survey.walls[i], &b = survey.walls[j];
       if (const auto d = DistanceBetween(a, b, up_world)) survey.distances.push_back(*d);
-      if (const auto angle = AngleBetween(a, b, up_world)) {
-        survey.angles.push_back(*angle);
-      }
     }
   }
+  AddAngles(up_world, &survey);
   return survey;
 }
 

@@ -76,6 +76,9 @@ struct Survey {
 Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Eigen::Vector3d& up_world,
                    const SurveyOptions& options);
 
+// Adds the angles between the walls of a survey.
+void AddAngles(const Eigen::Vector3d& up_world, Survey* survey);
+
 // What poses bent of walls beyond what true poses show of the same points: each point of a wall on
 // the plane fitted to it with true poses, but for the difference between how far it is from its
 // plane with either. So neither what the building has of itself nor the noise of single points is

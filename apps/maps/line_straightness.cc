@@ -1,0 +1,236 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "apps/maps/map_straightness.h"
+#include "data/core/math.h"
+#include "mapping/map/point_index.h"
+
+namespace slcmap::inline evaluation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kReach_m = 0.5;    // along an edge, between pieces of it
+constexpr double kAside_m = 0.05;   // across it
+constexpr double kTurn_rad = 0.09;  // between pieces that follow each other, and
+constexpr double kEnd_m = 0.02;     // what an end may be off, that turns short pieces
+constexpr double kKnot_m = 0.25;    // between the places by which pieces find each other
+constexpr double kSample_m = 0.02;  // along a piece
+constexpr double kLeastEdge_m = 0.3;
+constexpr double kStretch_m = 1;  // whose direction counts as one
+
+double Length(const PlySegment& s) { return (s.end_world - s.start_world).norm(); }
+Vector3d Direction(const PlySegment& s) { return (s.end_world - s.start_world).normalized(); }
+
+// Whether a piece goes on in another, seen from the first.
+bool GoesOnIn(const PlySegment& a, const PlySegment& b) {
+  const double turn_rad = std::acos(std::min(1.0, std::abs(Direction(a).dot(Direction(b)))));
+  const double shorter_m = std::min(Length(a), Length(b));
+  if (turn_rad > kTurn_rad + std::atan(kEnd_m / shorter_m)) return false;
+  const Vector3d along = Direction(a);
+  double from_m = along.dot(b.start_world - a.start_world),
+         to_m = along.dot(b.end_world - a.start_world);
+  Vector3d from = b.start_world, to = b.end_world;
+  if (from_m > to_m) std::swap(from_m, to_m), std::swap(from, to);
+  if (from_m > Length(a) + kReach_m || to_m < -kReach_m) return false;
+  // Across, where they are beside each other, or where the second is nearest.
+  const double at_m = std::clamp(0.5 * Length(a), from_m, to_m);
+  const double share = to_m > from_m ? (at_m - from_m) / (to_m - from_m) : 0;
+  const double near_share =
+      std::clamp(share, std::clamp(-from_m / std::max(1e-9, to_m - from_m), 0.0, 1.0),
+                 std::clamp((Length(a) - from_m) / std::max(1e-9, to_m - from_m), 0.0, 1.0));
+  const Vector3d near = from + near_share * (to - from) - a.start_world;
+  return (near - along.dot(near) * along).norm() < kAside_m;
+}
+
+class PieceSets {
+ public:
+  explicit PieceSets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), size_t{0});
+  }
+  size_t Root(size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(size_t a, size_t b) {
+    const size_t first = Root(a), second = Root(b);
+    parent_[std::max(first, second)] = std::min(first, second);
+  }
+
+ private:
+  std::vector<size_t> parent_;
+};
+
+// Calls visit with places along a piece, both ends among them, at most step_m apart.
+template <typename Visit>
+void AlongPiece(const PlySegment& s, double step_m, Visit visit) {
+  const int steps = std::max(1, static_cast<int>(std::ceil(Length(s) / step_m)));
+  for (int i = 0; i <= steps; ++i) {
+    visit(Vector3d(s.start_world + (s.end_world - s.start_world) * i / steps));
+  }
+}
+
+using Edge = std::vector<PlySegment>;
+
+std::vector<Edge> AssembleEdges(const std::vector<PlySegment>& lines) {
+  std::vector<Eigen::Vector3f> knots;
+  std::vector<size_t> piece_of;
+  const Vector3d origin = lines.front().start_world;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    AlongPiece(lines[i], kKnot_m, [&](const Vector3d& p) {
+      knots.push_back((p - origin).cast<float>());
+      piece_of.push_back(i);
+    });
+  }
+  const PointTree tree(knots);
+  PieceSets sets(lines.size());
+  PointTree::Found found;
+  for (size_t i = 0; i < knots.size(); ++i) {
+    tree.FindWithin(knots[i], kReach_m + kAside_m, &found);
+    for (const int item : found.items) {
+      const size_t a = piece_of[i], b = piece_of[static_cast<size_t>(item)];
+      if (a >= b || sets.Root(a) == sets.Root(b)) continue;
+      const bool is_longer = Length(lines[a]) >= Length(lines[b]);
+      if (GoesOnIn(lines[is_longer ? a : b], lines[is_longer ? b : a])) sets.Join(a, b);
+    }
+  }
+  std::map<size_t, Edge> edges;
+  for (size_t i = 0; i < lines.size(); ++i) edges[sets.Root(i)].push_back(lines[i]);
+  std::vector<Edge> all;
+  for (auto& [root, edge] : edges) all.push_back(std::move(edge));
+  return all;
+}
+
+// An edge by places along it, each with its share of the length: where pieces lie beside each
+// other, they share it.
+struct EdgePlaces {
+  Vector3d middle, along, first_across, second_across;
+  std::vector<Vector3d> places;  // along, off in two directions
+  std::vector<double> weights_m;
+  double length_m = 0, covered_m = 0;
+};
+
+EdgePlaces PlaceEdge(const Edge& edge) {
+  EdgePlaces result;
+  std::vector<Vector3d> samples;
+  std::vector<double> weights;
+  for (const PlySegment& piece : edge) {
+    const int steps = std::max(1, static_cast<int>(std::ceil(Length(piece) / kSample_m)));
+    for (int i = 0; i < steps; ++i) {
+      samples.push_back(piece.start_world +
+                        (piece.end_world - piece.start_world) * (i + 0.5) / steps);
+      weights.push_back(Length(piece) / steps);
+    }
+  }
+  double sum = 0;
+  result.middle = Vector3d::Zero();
+  for (size_t i = 0; i < samples.size(); ++i) {
+    result.middle += weights[i] * samples[i];
+    sum += weights[i];
+  }
+  result.middle /= sum;
+  Matrix3d spread = Matrix3d::Zero();
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Vector3d offset = samples[i] - result.middle;
+    spread += weights[i] * offset * offset.transpose();
+  }
+  const Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors();
+  result.along = axes.col(2), result.first_across = axes.col(1), result.second_across = axes.col(0);
+  std::map<int64_t, double> lengths_m;  // of pieces, by place along the edge
+  const auto cell = [](double along_m) {
+    return static_cast<int64_t>(std::floor(along_m / (2 * kSample_m)));
+  };
+  for (const Vector3d& sample : samples) {
+    const Vector3d offset = sample - result.middle;
+    result.places.emplace_back(result.along.dot(offset), result.first_across.dot(offset),
+                               result.second_across.dot(offset));
+  }
+  for (size_t i = 0; i < samples.size(); ++i) lengths_m[cell(result.places[i].x())] += weights[i];
+  double from_m = HUGE_VAL, to_m = -HUGE_VAL;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double beside = std::max(1.0, lengths_m[cell(result.places[i].x())] / (2 * kSample_m));
+    result.weights_m.push_back(weights[i] / beside);
+    result.covered_m += result.weights_m.back();
+    from_m = std::min(from_m, result.places[i].x());
+    to_m = std::max(to_m, result.places[i].x());
+  }
+  result.length_m = to_m - from_m;
+  return result;
+}
+
+// The straightedges of both directions across an edge, as distances from one line.
+std::vector<LaidStraightedge> LayOnEdge(const EdgePlaces& edge) {
+  std::vector<std::vector<LaidStraightedge>> both;
+  for (const int across : {1, 2}) {
+    std::vector<StraightSample> samples;
+    for (size_t i = 0; i < edge.places.size(); ++i) {
+      samples.push_back({edge.places[i].x(), 0, edge.places[i][across], edge.weights_m[i]});
+    }
+    both.push_back(LayStraightedges(std::move(samples), 0));
+  }
+  std::vector<LaidStraightedge> laid;
+  for (const LaidStraightedge& first : both[0]) {
+    for (const LaidStraightedge& second : both[1]) {
+      if (first.length_m != second.length_m) continue;
+      laid.push_back({first.length_m, first.laid_m, std::hypot(first.rms_m, second.rms_m),
+                      std::max(first.gap_m, second.gap_m)});
+    }
+  }
+  return laid;
+}
+
+// Directions of stretches of an edge, of a metre or the whole of it.
+void AddDirections(const EdgePlaces& edge, std::vector<WeightedDirection>* directions) {
+  const int stretches = std::max(1, static_cast<int>(std::floor(edge.length_m / kStretch_m)));
+  double from_m = HUGE_VAL;
+  for (const Vector3d& p : edge.places) from_m = std::min(from_m, p.x());
+  for (int k = 0; k < stretches; ++k) {
+    const double start_m = from_m + edge.length_m * k / stretches;
+    const double end_m = from_m + edge.length_m * (k + 1) / stretches;
+    double sum = 0, squares = 0;
+    Vector3d mean = Vector3d::Zero(), with_along = Vector3d::Zero();
+    for (size_t i = 0; i < edge.places.size(); ++i) {
+      if (edge.places[i].x() < start_m || edge.places[i].x() > end_m) continue;
+      const double x = edge.places[i].x() - start_m, w = edge.weights_m[i];
+      sum += w, squares += w * x * x;
+      mean += w * Vector3d(x, edge.places[i].y(), edge.places[i].z());
+      with_along += w * x * Vector3d(x, edge.places[i].y(), edge.places[i].z());
+    }
+    if (!(sum > 0)) continue;
+    mean /= sum;
+    const double spread = squares / sum - mean.x() * mean.x();
+    if (!(spread > 0)) continue;
+    const Vector3d slope = (with_along / sum - mean.x() * mean) / spread;
+    const Vector3d direction =
+        edge.along + slope.y() * edge.first_across + slope.z() * edge.second_across;
+    directions->push_back({direction.normalized(), sum});
+  }
+}
+
+}  // namespace
+
+LineStraightness MeasureLines(const std::vector<PlySegment>& lines) {
+  LineStraightness result;
+  if (lines.empty()) return result;
+  std::vector<std::vector<LaidStraightedge>> laid;
+  std::vector<WeightedDirection> directions;
+  for (const PlySegment& line : lines) result.length_m += Length(line);
+  result.pieces = static_cast<int64_t>(lines.size());
+  for (const Edge& edge : AssembleEdges(lines)) {
+    const EdgePlaces places = PlaceEdge(edge);
+    result.edges_m += places.covered_m;
+    if (places.length_m < kLeastEdge_m) continue;
+    ++result.edges;
+    laid.push_back(LayOnEdge(places));
+    AddDirections(places, &directions);
+  }
+  result.straightedges = Summarize(laid);
+  result.directions = MeasureDirections(directions, DirectionOptions());
+  return result;
+}
+
+}  // namespace slcmap::evaluation

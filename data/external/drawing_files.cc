@@ -1,0 +1,271 @@
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <functional>
+#include <map>
+
+#include "data/core/error.h"
+#include "data/external/readers.h"
+#include "data/io/csv.h"
+
+namespace slcmap::inline data {
+namespace {
+
+using Eigen::Vector3d;
+
+class ObjReader {
+ public:
+  ObjReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
+
+  ExternalMap Read() {
+    ForEachTextRow(bytes_, [&](int row, std::string_view text) {
+      row_ = row;
+      const auto words = SplitRow(text);
+      if (words.size() < 2) return;
+      if (words[0] == "v") AddVertex(words);
+      if (words[0] == "l") AddLine(words);
+      if (words[0] == "f") AddFace(words);
+    });
+    map_.format = !map_.triangles.empty() ? "OBJ with faces"
+                  : map_.lines.empty()    ? "OBJ with points"
+                                          : "OBJ with lines";
+    if (map_.lines.empty() && map_.triangles.empty()) {
+      for (const Vector3d& p : vertices_) AddPoint(p, &map_);
+    }
+    return std::move(map_);
+  }
+
+ private:
+  using Words = std::vector<std::string_view>;
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw DataError(fmt::format("{}: row {}: {}", path_, row_, what));
+  }
+
+  void AddVertex(const Words& words) {
+    Vector3d p;
+    for (size_t i = 0; i < 3; ++i) {
+      const auto value = i + 1 < words.size() ? ParseNumber(words[i + 1]) : std::nullopt;
+      if (!value) Fail("found a vertex without three numbers, expected 'v X Y Z'");
+      p[static_cast<int>(i)] = *value;
+    }
+    vertices_.push_back(p);
+  }
+
+  // "7", "7/1", "7//3" or, from the last one back, "-1".
+  const Vector3d& Vertex(std::string_view word) const {
+    const auto number = ParseScaledInteger(word.substr(0, word.find('/')), 0);
+    const auto count = static_cast<int64_t>(vertices_.size());
+    const int64_t index = !number ? -1 : *number < 0 ? count + *number : *number - 1;
+    if (index < 0 || index >= count) {
+      Fail(fmt::format("found vertex '{}', expected one of the {} before it", word, count));
+    }
+    return vertices_[static_cast<size_t>(index)];
+  }
+
+  void AddLine(const Words& words) {
+    for (size_t i = 2; i < words.size(); ++i) {
+      map_.lines.push_back({Vertex(words[i - 1]), Vertex(words[i])});
+    }
+  }
+
+  void AddFace(const Words& words) {
+    for (size_t i = 3; i < words.size(); ++i) {
+      map_.triangles.push_back({Vertex(words[1]), Vertex(words[i - 1]), Vertex(words[i])});
+    }
+  }
+
+  const std::string& path_;
+  const std::string_view bytes_;
+  int row_ = 0;
+  std::vector<Vector3d> vertices_;
+  ExternalMap map_;
+};
+
+// Metres of a unit of $INSUNITS; 1 where it is not said.
+double MetresOfDxfUnit(int64_t unit) {
+  switch (unit) {
+    case 1:
+      return 0.0254;
+    case 2:
+      return 0.3048;
+    case 4:
+      return 0.001;
+    case 5:
+      return 0.01;
+    case 10:
+      return 0.9144;
+    case 14:
+      return 0.1;
+    default:
+      return 1;
+  }
+}
+
+// An entity of a DXF file: its type, and its numbers by their codes, in their order.
+struct DxfEntity {
+  std::string type;
+  std::map<int, std::vector<double>> values;
+
+  double Get(int code, double otherwise) const {
+    const auto found = values.find(code);
+    return found == values.end() || found->second.empty() ? otherwise : found->second.front();
+  }
+  // The codes of the place number `corner`: 10, 20, 30 and so on.
+  bool Has(int corner) const { return values.count(10 + corner) > 0; }
+  Vector3d Place(int corner) const {
+    return {Get(10 + corner, 0), Get(20 + corner, 0), Get(30 + corner, 0)};
+  }
+};
+
+class DxfReader {
+ public:
+  DxfReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
+
+  ExternalMap Read() {
+    std::string_view code_text;
+    ForEachTextRow(bytes_, [&](int row, std::string_view text) {
+      if (row % 2 == 1) {
+        code_text = text;
+        return;
+      }
+      const auto fields = SplitRow(code_text);
+      const auto code = fields.empty() ? std::nullopt : ParseScaledInteger(fields.front(), 0);
+      if (!code) {
+        throw DataError(fmt::format("{}: row {}: found '{}', expected the code of a DXF group",
+                                    path_, row - 1, code_text));
+      }
+      Take(static_cast<int>(*code), text);
+    });
+    Finish();
+    EndPolyline();
+    Scale();
+    map_.format = "DXF";
+    if (inserts_ > 0) {
+      spdlog::warn("{}: left out {} inserted blocks; explode them in CAD where they matter", path_,
+                   inserts_);
+    }
+    return std::move(map_);
+  }
+
+ private:
+  void Take(int code, std::string_view text) {
+    if (code == 0) {
+      Finish();
+      entity_ = {std::string(text), {}};
+      return;
+    }
+    if (code == 9) variable_ = text;
+    if (code == 2 && entity_.type == "SECTION") in_entities_ = text == "ENTITIES";
+    const bool is_number = (code >= 10 && code < 80) || (code >= 140 && code < 148);
+    if (!is_number) return;
+    const auto fields = SplitRow(text);
+    const auto value = fields.empty() ? std::nullopt : ParseNumber(fields.front());
+    if (!value) return;
+    if (variable_ == "$INSUNITS" && code == 70 && !in_entities_) {
+      metres_ = MetresOfDxfUnit(static_cast<int64_t>(*value));
+      variable_ = {};
+    }
+    entity_.values[code].push_back(*value);
+  }
+
+  // Adds the entity that is complete.
+  void Finish() {
+    if (!in_entities_) return;
+    const std::string& type = entity_.type;
+    if (type == "LINE") map_.lines.push_back({entity_.Place(0), entity_.Place(1)});
+    if (type == "POINT") AddPoint(entity_.Place(0), &map_);
+    if (type == "3DFACE") AddFace();
+    if (type == "LWPOLYLINE") AddLightPolyline();
+    if (type == "INSERT") ++inserts_;
+    if (type == "POLYLINE") {
+      EndPolyline();
+      flags_ = static_cast<int>(entity_.Get(70, 0));
+    }
+    if (type == "VERTEX") AddVertex();
+    if (type == "SEQEND") EndPolyline();
+    entity_ = {};
+  }
+
+  void AddFace() {
+    const Vector3d a = entity_.Place(0), b = entity_.Place(1), c = entity_.Place(2);
+    map_.triangles.push_back({a, b, c});
+    if (entity_.Has(3) && entity_.Place(3) != c) map_.triangles.push_back({a, c, entity_.Place(3)});
+  }
+
+  void AddLightPolyline() {
+    const std::vector<double>&x = entity_.values[10], &y = entity_.values[20];
+    for (size_t i = 0; i < std::min(x.size(), y.size()); ++i) {
+      polyline_.emplace_back(x[i], y[i], entity_.Get(38, 0));
+    }
+    flags_ = static_cast<int>(entity_.Get(70, 0));
+    EndPolyline();
+  }
+
+  // Of a polyface mesh, vertices with 128 and without 64 name the corners of a face.
+  void AddVertex() {
+    constexpr int kFace = 128, kPlace = 64;
+    const int flags = static_cast<int>(entity_.Get(70, 0));
+    if (!(flags & kFace) || (flags & kPlace)) {
+      polyline_.push_back(entity_.Place(0));
+      return;
+    }
+    std::vector<Vector3d> corners;
+    for (const int code : {71, 72, 73, 74}) {
+      const auto index = static_cast<int64_t>(std::abs(entity_.Get(code, 0))) - 1;
+      if (index >= 0 && index < static_cast<int64_t>(polyline_.size())) {
+        corners.push_back(polyline_[static_cast<size_t>(index)]);
+      }
+    }
+    for (size_t i = 2; i < corners.size(); ++i) {
+      map_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+    }
+  }
+
+  void EndPolyline() {
+    constexpr int kClosed = 1, kMesh = 16, kPolyface = 64;
+    const bool is_mesh = flags_ & (kMesh | kPolyface);
+    if (!is_mesh) {
+      for (size_t i = 1; i < polyline_.size(); ++i) {
+        map_.lines.push_back({polyline_[i - 1], polyline_[i]});
+      }
+      if ((flags_ & kClosed) && polyline_.size() > 2) {
+        map_.lines.push_back({polyline_.back(), polyline_.front()});
+      }
+    }
+    polyline_.clear();
+    flags_ = 0;
+  }
+
+  void Scale() {
+    for (PlySegment& line : map_.lines) line.start_world *= metres_, line.end_world *= metres_;
+    for (Vector3d& p : map_.points) p *= metres_;
+    for (auto& triangle : map_.triangles) {
+      for (Vector3d& p : triangle) p *= metres_;
+    }
+  }
+
+  const std::string& path_;
+  const std::string_view bytes_;
+  std::string_view variable_;
+  bool in_entities_ = false;
+  double metres_ = 1;
+  DxfEntity entity_;
+  std::vector<Vector3d> polyline_;
+  int flags_ = 0;
+  int64_t inserts_ = 0;
+  ExternalMap map_;
+};
+
+}  // namespace
+
+ExternalMap ReadObj(const std::string& path, std::string_view bytes) {
+  return ObjReader(path, bytes).Read();
+}
+
+ExternalMap ReadDxf(const std::string& path, std::string_view bytes) {
+  return DxfReader(path, bytes).Read();
+}
+
+}  // namespace slcmap::data

@@ -1,0 +1,272 @@
+#include "apps/maps/map_straightness.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <random>
+
+#include "apps/maps/measured_map.h"
+#include "data/core/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using testing::MessageOf;
+using testing::TempFolder;
+
+constexpr double kLength_m = 24;
+
+struct Rectangle {
+  Vector3d corner, u, v;
+};
+
+// A corridor of 24 m with rooms of 4.7 x 4 m along it.
+std::vector<Rectangle> Building() {
+  std::vector<Rectangle> all;
+  const auto wall = [&](double x0, double y0, double x1, double y1) {
+    all.push_back({{x0, y0, 0}, {x1 - x0, y1 - y0, 0}, {0, 0, 2.6}});
+  };
+  const auto slabs = [&](double x0, double y0, double x1, double y1) {
+    for (const double z : {0.0, 2.6}) {
+      all.push_back({{x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0}});
+    }
+  };
+  wall(0, 0, kLength_m, 0), wall(0, 2.4, kLength_m, 2.4);
+  wall(0, 0, 0, 2.4), wall(kLength_m, 0, kLength_m, 2.4);
+  slabs(0, 0, kLength_m, 2.4);
+  // Of unlike lengths: nothing looks the same when turned.
+  const double ends[] = {0.05, 3.7, 3.82, 9, 9.12, 16.5, 16.62, 23.9};
+  for (size_t i = 0; i < 8; i += 2) {
+    const double x0 = ends[i], x1 = ends[i + 1];
+    wall(x0, 2.55, x1, 2.55), wall(x0, 6.5, x1, 6.5), wall(x0, 2.55, x0, 6.5);
+    wall(x1, 2.55, x1, 6.5), slabs(x0, 2.55, x1, 6.5);
+  }
+  return all;
+}
+
+// How a map is off its building.
+struct Flaw {
+  double noise_m = 0, sag_m = 0;
+};
+
+Vector3d Bent(Vector3d p, const Flaw& flaw) {
+  const double s = p.x() / kLength_m;
+  p.y() += 4 * flaw.sag_m * s * (1 - s);
+  return p;
+}
+
+std::vector<Vector3d> Cloud(double points_a_m2, const Flaw& flaw, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> part(0, 1);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<Vector3d> points;
+  for (const Rectangle& r : Building()) {
+    const Vector3d n = r.u.cross(r.v).normalized();
+    const auto count = static_cast<int>(points_a_m2 * r.u.norm() * r.v.norm());
+    for (int i = 0; i < count; ++i) {
+      const double a = part(random), b = part(random);
+      points.push_back(Bent(r.corner + a * r.u + b * r.v, flaw) + flaw.noise_m * noise(random) * n);
+    }
+  }
+  return points;
+}
+
+// The edges of the building in pieces of about a length, each off by the noise.
+std::vector<PlySegment> EdgePieces(double piece_m, const Flaw& flaw, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> part(0.5, 1.5);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<PlySegment> pieces;
+  for (const Rectangle& r : Building()) {
+    const Vector3d starts[] = {r.corner, r.corner + r.v, r.corner, r.corner + r.u};
+    const Vector3d along[] = {r.u, r.u, r.v, r.v};
+    for (int k = 0; k < 4; ++k) {
+      const double length_m = along[k].norm();
+      for (double from_m = 0; from_m < length_m - 0.05;) {
+        const double to_m = std::min(length_m, from_m + piece_m * part(random));
+        const Vector3d off = flaw.noise_m * Vector3d(noise(random), noise(random), noise(random));
+        pieces.push_back({Bent(starts[k] + along[k] * from_m / length_m, flaw) + off,
+                          Bent(starts[k] + along[k] * to_m / length_m, flaw) + off});
+        from_m = to_m + 0.01;
+      }
+    }
+  }
+  return pieces;
+}
+
+const Eigen::Isometry3d kMoved = Eigen::Translation3d(31.3, -12.7, 3.1) *
+                                 Eigen::AngleAxisd(0.7, Vector3d::UnitZ()) *
+                                 Eigen::AngleAxisd(1.2, Vector3d::UnitX());
+
+WallStraightness OfCloud(std::vector<Vector3d> points) {
+  const SurfaceMap map(std::move(points));
+  const MapSamples samples = SampleSurfaces(map);
+  return MeasureWalls(map, samples.axes, FindFaces(map, samples.axes.axes.col(2)));
+}
+
+WallStraightness Turned(std::vector<Vector3d> points) {
+  for (Vector3d& p : points) p = kMoved * p;
+  return OfCloud(std::move(points));
+}
+
+const Flaw kStraight{0.003, 0}, kBent{0.003, 0.06}, kNoisy{0.02, 0};
+
+TEST(WallsOfAnyMap, AreMeasuredAsTheyAre) {
+  const WallStraightness straight = OfCloud(Cloud(400, kStraight, 1));
+  const WallStraightness bent = OfCloud(Cloud(400, kBent, 2));
+  const WallStraightness noisy = OfCloud(Cloud(400, kNoisy, 3));
+  for (const WallStraightness* walls : {&straight, &bent, &noisy}) {
+    ASSERT_EQ(walls->straightedges.size(), 3u);
+    EXPECT_NEAR(walls->walls, 14, 3);  // those of the rooms mostly go on in each other
+    EXPECT_LT(walls->tilt_deg, 0.2);
+  }
+  EXPECT_NEAR(straight.straightedges[2].rms_m, 0.003, 0.0002);
+  EXPECT_LT(straight.straightedges[2].gap_worst_m, 0.001);
+  EXPECT_NEAR(straight.thickness_m, 0.003, 0.0003);
+  // An arc of 60 mm over 24 m: 10.4 mm over 10 m, of which a line leaves 3.1 mm (RMS).
+  EXPECT_NEAR(bent.straightedges[2].gap_worst_m, 0.0104, 0.0012);
+  EXPECT_NEAR(bent.straightedges[2].rms_m, std::hypot(0.0031, 0.003), 0.0004);
+  EXPECT_NEAR(bent.thickness_m, 0.003, 0.0004);
+  EXPECT_NEAR(noisy.straightedges[2].rms_m, 0.02, 0.001);
+  EXPECT_NEAR(noisy.thickness_m, 0.02, 0.002);
+  EXPECT_LT(noisy.straightedges[2].gap_median_m, 0.003);
+}
+
+TEST(WallsOfAnyMap, AreTheSameHoweverTheyWereSampled) {
+  for (const Flaw& flaw : {kStraight, kBent, kNoisy}) {
+    const WallStraightness whole = OfCloud(Cloud(400, flaw, 1));
+    const WallStraightness others[] = {OfCloud(Cloud(120, flaw, 2)), OfCloud(Cloud(1200, flaw, 3)),
+                                       Turned(Cloud(400, flaw, 4))};
+    for (const WallStraightness& other : others) {
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(other.straightedges[i].rms_m / whole.straightedges[i].rms_m, 1, 0.05) << i;
+      }
+      EXPECT_NEAR(other.thickness_m / whole.thickness_m, 1, 0.05);
+    }
+  }
+}
+
+TEST(EdgesOfAnyMap, AreMeasuredAsTheyAre) {
+  const LineStraightness straight = MeasureLines(EdgePieces(1.5, {0.002, 0}, 1));
+  const LineStraightness bent = MeasureLines(EdgePieces(1.5, {0.002, 0.06}, 2));
+  const LineStraightness noisy = MeasureLines(EdgePieces(1.5, {0.01, 0}, 3));
+  ASSERT_EQ(straight.straightedges.size(), 3u);
+  EXPECT_LT(straight.straightedges[2].rms_m, bent.straightedges[2].rms_m);
+  EXPECT_LT(straight.straightedges[2].rms_m, noisy.straightedges[2].rms_m);
+  ASSERT_TRUE(straight.directions && bent.directions && noisy.directions);
+  EXPECT_LT(straight.directions->dispersion_deg, bent.directions->dispersion_deg);
+  EXPECT_LT(straight.directions->dispersion_deg, noisy.directions->dispersion_deg);
+}
+
+TEST(EdgesOfAnyMap, AreTheSameHoweverTheyWereCut) {
+  for (const Flaw& flaw : {Flaw{0.002, 0}, Flaw{0.002, 0.06}, Flaw{0.01, 0}}) {
+    const std::vector<PlySegment> pieces = EdgePieces(1.5, flaw, 1);
+    std::vector<PlySegment> cut, twice = pieces, turned;
+    for (const auto& [start, end] : pieces) {
+      for (int i = 0; i < 3; ++i) {
+        cut.push_back({start + (end - start) * i / 3, start + (end - start) * (i + 1) / 3});
+      }
+      twice.push_back({end, start});
+      turned.push_back({kMoved * start, kMoved * end});
+    }
+    const LineStraightness whole = MeasureLines(pieces);
+    for (const auto& lines : {cut, twice, turned}) {
+      const LineStraightness other = MeasureLines(lines);
+      EXPECT_NEAR(other.edges_m / whole.edges_m, 1, 0.02);
+      ASSERT_TRUE(other.directions && whole.directions);
+      EXPECT_NEAR(other.directions->dispersion_deg / whole.directions->dispersion_deg, 1, 0.05);
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(other.straightedges[i].rms_m / whole.straightedges[i].rms_m, 1, 0.05) << i;
+      }
+    }
+  }
+}
+
+std::string WriteCloud(const TempFolder& folder, const std::string& name,
+                       const std::vector<Vector3d>& points, double scale = 1) {
+  PlyElement vertices{"vertex", {}};
+  for (const char* axis : {"x", "y", "z"}) vertices.Add(axis, PlyType::kDouble);
+  for (const Vector3d& p : points) {
+    vertices.AppendRow({scale * p.x(), scale * p.y(), scale * p.z()});
+  }
+  WritePly(folder.Path(name), {{}, {vertices}, {}});
+  return folder.Path(name);
+}
+
+std::vector<Vector3d> Moved(std::vector<Vector3d> points) {
+  const Eigen::Isometry3d level =
+      Eigen::Translation3d(31.3, -12.7, 3.1) * Eigen::AngleAxisd(2.3, Vector3d::UnitZ());
+  for (Vector3d& p : points) p = level * p;
+  return points;
+}
+
+TEST(MapsAgainstAScan, AreLaidOnItAndRanked) {
+  const TempFolder folder;
+  const std::string scan = WriteCloud(folder, "scan.ply", Cloud(900, {0.001, 0}, 9));
+  MapsToMeasure maps;
+  maps.truth = scan;
+  maps.maps = {{"noisy", WriteCloud(folder, "n.ply", Moved(Cloud(400, kNoisy, 1))), 1},
+               {"bent", WriteCloud(folder, "b.ply", Moved(Cloud(400, kBent, 2))), 1},
+               {"straight", WriteCloud(folder, "s.ply", Moved(Cloud(400, kStraight, 3))), 1},
+               {"thin", WriteCloud(folder, "t.ply", Moved(Cloud(120, kStraight, 4))), 1}};
+  WriteLinesPly(folder.Path("l.ply"), EdgePieces(1.5, {0.002, 0}, 5));
+  maps.maps.push_back({"lines", folder.Path("l.ply"), 1});
+  const std::vector<MeasuredMap> measured = MeasureMaps(maps);
+  ASSERT_EQ(measured.size(), 5u);
+  const auto f_2cm = [&](size_t i) { return measured[i].truth->scores[0].f; };
+  EXPECT_GT(f_2cm(2), 0.97);
+  EXPECT_LT(f_2cm(0), 0.85);
+  EXPECT_LT(f_2cm(1), f_2cm(2));
+  EXPECT_NEAR(f_2cm(3) / f_2cm(2), 1, 0.05);
+  EXPECT_GT(measured[1].truth->whole_bend_m, 0.03);
+  EXPECT_LT(measured[2].truth->whole_bend_m, 0.003);
+  EXPECT_GT(measured[4].truth->scores[1].accuracy, 0.95);
+  const std::vector<std::string> ranking = Ranking(measured);
+  ASSERT_FALSE(ranking.empty());
+  EXPECT_LT(ranking[0].find("straight "), ranking[0].find("bent ")) << ranking[0];
+  EXPECT_LT(ranking[0].find("bent "), ranking[0].find("noisy ")) << ranking[0];
+  for (const MeasuredMap& map : measured) {
+    EXPECT_NE(MapTable(measured).find(map.name), std::string::npos);
+    EXPECT_NE(MapPage(measured, "").find(map.name), std::string::npos);
+  }
+}
+
+TEST(MapsAgainstAScan, InOtherUnitsOrOfAnotherBuildingAreRefused) {
+  const TempFolder folder;
+  const std::vector<Vector3d> points = Cloud(300, kStraight, 1);
+  const auto refusal = [&](const std::string& map, const std::string& truth) {
+    MapsToMeasure maps;
+    maps.maps = {{"map", map, 1}};
+    maps.truth = truth;
+    return MessageOf<DataError>([&] { MeasureMaps(maps); });
+  };
+  const std::string map = WriteCloud(folder, "map.ply", points);
+  const std::vector<Vector3d> scan = Cloud(500, {0.001, 0}, 2);
+  EXPECT_EQ(refusal(map, WriteCloud(folder, "m.ply", scan)), "");
+  EXPECT_NE(refusal(map, WriteCloud(folder, "mm.ply", scan, 1000)).find("millimetres"),
+            std::string::npos);
+  EXPECT_NE(refusal(map, WriteCloud(folder, "ft.ply", scan, 1 / 0.3048)).find("feet"),
+            std::string::npos);
+  std::vector<Vector3d> blob;
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, 3);
+  for (int i = 0; i < 20000; ++i) {
+    Vector3d p(normal(random), normal(random), normal(random));
+    blob.push_back(8 * p.normalized());
+  }
+  EXPECT_NE(refusal(map, WriteCloud(folder, "ball.ply", blob)).find("same building"),
+            std::string::npos);
+  WriteLinesPly(folder.Path("lines.ply"), EdgePieces(1.5, {0, 0}, 5));
+  EXPECT_NE(refusal(map, folder.Path("lines.ply")).find("lines alone"), std::string::npos);
+  EXPECT_NE(refusal(WriteCloud(folder, "few.ply", {points.begin(), points.begin() + 20}), "")
+                .find("on no surface"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace slcmap
