@@ -204,6 +204,20 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
   });
 }
 
+// Where a wall has a door or a window it is one, even where its lintel was not seen.
+void CoverOpenings(BuiltFace* built) {
+  constexpr double kShare = 0.5;
+  WallFace& wall = built->wall;
+  for (const FaceOpening& opening : built->openings) {
+    if (opening.kind == OpeningKind::kPassage) continue;
+    for (size_t i = 0; i < wall.shares.size(); ++i) {
+      const double at_m = wall.face.from_m + (static_cast<double>(i) + 0.5) * wall.step_m;
+      if (at_m < opening.from_m || at_m > opening.to_m) continue;
+      wall.shares[i] = std::max(wall.shares[i], kShare);
+    }
+  }
+}
+
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
@@ -214,6 +228,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
+      CoverOpenings(&built);
     }
   }
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);
@@ -233,6 +248,22 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
     room.bounded = found.bounded;
     AddFloorAndCeiling(input, level, &room, &building->planes);
     building->rooms.push_back(room);
+  }
+}
+
+// A passage parts rooms: what is open up to the top within one is none.
+void RemovePassagesInRooms(const std::vector<Room>& rooms, LevelData* data) {
+  for (BuiltFace& built : data->faces) {
+    const Face& face = built.wall.face;
+    std::erase_if(built.openings, [&](const FaceOpening& opening) {
+      const Vector2d p = face.PointAt(0.5 * (opening.from_m + opening.to_m));
+      const Vector2d across = kBeforeWall_m * face.normal;
+      return opening.kind == OpeningKind::kPassage &&
+             std::any_of(rooms.begin(), rooms.end(), [&](const Room& room) {
+               return room.storey == face.level && Contains(room.polygon, p + across) &&
+                      Contains(room.polygon, p - across);
+             });
+    });
   }
 }
 
@@ -393,7 +424,10 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   for (size_t i = 0; i < data.size(); ++i) {
     AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], inside[i], &building);
   }
-  for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level);
+  for (LevelData& level : data) {
+    RemovePassagesInRooms(building.rooms, &level);
+    AddUnseenFaces(building.rooms, options, &level);
+  }
   AddPlanes(levels, &data, &building);
   for (const LevelData& level : data) {
     faces.insert(faces.end(), level.faces.begin(), level.faces.end());

@@ -11,7 +11,6 @@ constexpr OptionTable kTable{
     Option{"min_thickness_m", &BuildingOptions::min_thickness_m, 1e-3, 10.0},
     Option{"max_thickness_m", &BuildingOptions::max_thickness_m, 1e-3, 10.0},
     Option{"assumed_thickness_m", &BuildingOptions::assumed_thickness_m, 1e-3, 10.0},
-    Option{"max_door_width_m", &BuildingOptions::max_door_width_m, 0.1, 10.0},
     Option{"min_room_m2", &BuildingOptions::min_room_m2, 0.0, 1000.0}};
 
 constexpr char kSection[] = "mapping.building";
@@ -24,10 +23,11 @@ void BuildingOptions::Check() const {
 }
 
 void BuildingOptions::Read(YamlSection section) {
-  kTable.Read(section, this,
-              {"max_point_sigma_m", "normal_tolerance_deg", "min_face_m2", "join_gap_m",
-               "line_sample_m", "shared_sigma_m", "bend_length_m", "max_proud_m", "behind_m",
-               "min_opening_m", "snap_m", "extension_m", "border_cost_m", "max_rays"});
+  kTable.Read(
+      section, this,
+      {"max_point_sigma_m", "normal_tolerance_deg", "min_face_m2", "join_gap_m", "line_sample_m",
+       "shared_sigma_m", "bend_length_m", "max_proud_m", "behind_m", "min_opening_m", "snap_m",
+       "extension_m", "border_cost_m", "max_rays", "max_door_width_m"});
 }
 
 }  // namespace slcmap::mapping

@@ -24,7 +24,6 @@ struct BuildingOptions {
   double assumed_thickness_m = 0.15;                      // of a wall with one face
 
   // Rooms.
-  double max_door_width_m = 1.3;  // they are parted at gaps of at most this width
   double min_room_m2 = 1;
 
   void Check() const;  // throws ConfigError

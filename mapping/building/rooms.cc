@@ -104,8 +104,7 @@ struct Border {
   int cell = -1, other = -1;
   Vector2d from = Vector2d::Zero(), to = Vector2d::Zero();
   double length_m = 0;
-  double share = 0;    // covered by a wall
-  bool parts = false;  // rooms
+  WallPart part = {};
 };
 
 using GridPoint = std::pair<int64_t, int64_t>;
@@ -141,10 +140,7 @@ class BorderFinder {
  private:
   Border NewBorder(int cell, const Vector2d& a, const Vector2d& b) const {
     Border border{cell, -1, a, b, (b - a).norm()};
-    if (const auto part = PartAt(lines_, a, b)) {
-      border.share = part->share;
-      border.parts = part->share > 0 || part->is_narrow;
-    }
+    if (const auto part = PartAt(lines_, a, b)) border.part = *part;
     return border;
   }
 
@@ -189,11 +185,11 @@ Vector2d Middle(const PlanPoints& outline) {
 
 // Rays that graze a wall, or end in it, do not make a room of it, and rooms on one side of it are
 // not connected through it.
-void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
-                    std::vector<Cell>* cells) {
+void FindWallBodies(const std::vector<WallFace>& walls, const std::vector<WallLine>& lines,
+                    const BuildingOptions& options, std::vector<Cell>* cells) {
   const std::vector<WallBody> bodies = MakeBodies(walls, options);
   for (Cell& cell : *cells) {
-    cell.is_in_wall = IsInWall(walls, bodies, Middle(cell.polygon.outline));
+    cell.is_in_wall = IsInWall(lines, bodies, Middle(cell.polygon.outline));
   }
 }
 
@@ -209,7 +205,7 @@ void LabelCells(const std::vector<Border>& borders, double border_cost_m,
   }
   std::vector<PairCost> pairs;
   for (const Border& border : borders) {
-    const double cost = border_cost_m * border.length_m * (1 - border.share);
+    const double cost = border.part.is_wall ? 0 : border_cost_m * border.length_m;
     const auto a = static_cast<size_t>(border.cell);
     if (border.other < 0) {
       costs[a].inside += cost;  // beyond the frame is outside
@@ -253,7 +249,7 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
     };
     if (is_in(border.cell) == is_in(border.other)) continue;
     all_m += border.length_m;
-    covered_m += border.length_m * border.share;
+    if (border.part.is_measured) covered_m += border.length_m;
   }
   return all_m > 0 ? covered_m / all_m : 0;
 }
@@ -262,9 +258,9 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options) {
-  const std::vector<WallLine> lines = CollectLines(walls, options);
+  const std::vector<WallLine> lines = CollectLines(walls, free, options);
   std::vector<Cell> cells = FindCells(lines, free);
-  FindWallBodies(walls, options, &cells);
+  FindWallBodies(walls, lines, options, &cells);
   BorderFinder finder(lines);
   for (size_t i = 0; i < cells.size(); ++i) {
     finder.Add(static_cast<int>(i), cells[i].polygon.outline);
@@ -275,7 +271,8 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
 
   Groups groups(cells.size());
   for (const Border& border : borders) {
-    if (AreInside(cells, border) && !border.parts) groups.Join(border.cell, border.other);
+    if (AreInside(cells, border) && !border.part.parts_rooms)
+      groups.Join(border.cell, border.other);
   }
   std::map<int, std::vector<int>> members;
   for (size_t i = 0; i < cells.size(); ++i) {

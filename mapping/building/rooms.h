@@ -25,9 +25,9 @@ struct FoundRoom {
 
 // The arrangement of the lines of walls, also of those that nobody saw, extended; of its
 // cells, those are inside that rays went through, smoothly (minimum cut: a cell costs its area that
-// is labelled wrongly, a border between inside and outside its length that no wall covers). Rooms
-// are inside cells that open borders connect; gaps in a wall, or from its end to the next, that are
-// no wider than a door part them. By the first point of their outline.
+// is labelled wrongly, a border between inside and outside its length where no wall is). Rooms
+// are inside cells that open borders connect; walls and their openings part them. By the first
+// point of their outline.
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options);
 

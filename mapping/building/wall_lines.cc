@@ -1,7 +1,9 @@
 #include "mapping/building/wall_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 
 namespace slcmap::inline mapping {
@@ -14,22 +16,6 @@ constexpr double kExtension_m = 30;  // of a wall's line beyond what was measure
 
 constexpr double kCovered = 0.4;  // share of a step from which on it counts as covered
 constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
-
-// The parts of a face between its ends, by whether they are covered.
-std::vector<WallPart> SplitIntoParts(const WallFace& wall) {
-  std::vector<WallPart> parts;
-  for (size_t i = 0; i < wall.shares.size(); ++i) {
-    const bool covered = wall.shares[i] >= kCovered;
-    const double from_m = wall.face.from_m + static_cast<double>(i) * wall.step_m;
-    const double to_m = std::min(from_m + wall.step_m, wall.face.to_m);
-    if (parts.empty() || (parts.back().share > 0) != covered) {
-      parts.push_back({from_m, to_m, covered ? 1.0 : 0.0});
-    } else {
-      parts.back().to_m = to_m;
-    }
-  }
-  return parts;
-}
 
 // Whether a wall is covered somewhere between two places along it.
 bool IsCoveredBetween(const WallFace& wall, double low_m, double high_m) {
@@ -54,46 +40,131 @@ bool IsCoveredAcross(const WallFace& wall, double along_m) {
          IsCoveredBetween(wall, along_m + kReach_m / 2, along_m + kReach_m);
 }
 
-// How far beyond an end of a face the first other wall is of those that stand in its way; nothing
-// within `most_m`.
-template <typename Stands>
-std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFace& wall,
-                                bool at_end, double most_m, Stands stands) {
-  std::optional<double> first_m;
-  for (const WallFace& other : walls) {
-    const auto crossing = Crossing(wall.face, other.face);
-    if (!crossing || !stands(other, crossing->second)) continue;
-    const double beyond_m =
-        at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
-    if (beyond_m < -kReach_m || beyond_m > most_m) continue;
-    if (!first_m || beyond_m < *first_m) first_m = beyond_m;
-  }
-  return first_m;
-}
-
-// Beyond both faces of another wall, where that was measured, no line goes on.
+// Beyond both faces of another wall that goes across, where that was measured, no line goes on.
 double FindExtension(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
                      const BuildingOptions& options) {
-  const auto first_m = FirstWall(walls, wall, at_end, kExtension_m, IsCoveredAcross);
-  return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : kExtension_m;
+  double extension_m = kExtension_m;
+  for (const WallFace& other : walls) {
+    const auto crossing = Crossing(wall.face, other.face);
+    if (!crossing || !IsCoveredAcross(other, crossing->second)) continue;
+    const double beyond_m =
+        at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
+    if (beyond_m < -kReach_m) continue;
+    extension_m = std::min(extension_m, std::max(beyond_m, 0.0) + options.max_thickness_m);
+  }
+  return extension_m;
 }
 
-void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, WallLine* line) {
-  const WallFace& wall = *line->wall;
-  const double far_from_m = wall.face.from_m - FindExtension(walls, wall, false, options);
-  const double far_to_m = wall.face.to_m + FindExtension(walls, wall, true, options);
-  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m, IsCoveredNear);
-  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m, IsCoveredNear);
-  const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
-  const double to_m = wall.face.to_m + std::max(after_m.value_or(0), 0.0);
-  std::vector<WallPart> parts;
-  if (from_m > far_from_m) parts.push_back({far_from_m, from_m});
-  if (from_m < wall.face.from_m) parts.push_back({from_m, wall.face.from_m, 0, true});
-  parts.insert(parts.end(), line->parts.begin(), line->parts.end());
-  if (to_m > wall.face.to_m) parts.push_back({wall.face.to_m, to_m, 0, true});
-  if (to_m < far_to_m) parts.push_back({to_m, far_to_m});
-  line->parts = parts;
-}
+// What the steps of a line are is a chain: each costs what was measured at it, and where one kind
+// follows another a wall begins or ends. What was not seen is as what is beside it.
+class LineChain {
+ public:
+  LineChain(const std::vector<WallFace>& walls, const WallFace& wall, const FreeSpace& free,
+            const BuildingOptions& options)
+      : walls_(walls), wall_(wall), free_(free) {
+    const double step_m = wall.step_m;
+    const auto steps = [&](bool at_end) {
+      return static_cast<int>(std::ceil(FindExtension(walls, wall, at_end, options) / step_m));
+    };
+    before_ = steps(false);
+    count_ = before_ + static_cast<int>(wall.shares.size()) + steps(true);
+  }
+
+  // The parts of least cost in all (Viterbi's).
+  std::vector<WallPart> FindParts() const {
+    const std::vector<bool> corners = FindCorners();
+    std::array<double, 3> costs = {};
+    std::vector<std::array<uint8_t, 3>> from(static_cast<size_t>(count_));
+    for (int i = 0; i < count_; ++i) {
+      std::array<double, 3> next = {};
+      for (uint8_t to = 0; to < 3; ++to) {
+        const auto along = [&](uint8_t kind) {
+          return costs[kind] + ChangeCost(kind, to, corners[static_cast<size_t>(i)]);
+        };
+        uint8_t best = to;
+        for (uint8_t kind = 0; kind < 3; ++kind) {
+          if (i > 0 && along(kind) < along(best)) best = kind;
+        }
+        from[static_cast<size_t>(i)][to] = best;
+        next[to] = (i > 0 ? along(best) : 0) + wall_.step_m * ComputeCost(i, to);
+      }
+      costs = next;
+    }
+    auto kind = static_cast<uint8_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+    std::vector<uint8_t> kinds(static_cast<size_t>(count_));
+    for (size_t i = kinds.size(); i-- > 0;) {
+      kinds[i] = kind;
+      kind = from[i][kind];
+    }
+    return MakeParts(kinds);
+  }
+
+ private:
+  static constexpr uint8_t kWall = 0, kOpening = 1, kOpen = 2;
+
+  double PlaceAt(double step) const { return wall_.face.from_m + (step - before_) * wall_.step_m; }
+
+  double FindShare(int step) const {
+    const int at = step - before_;
+    return at >= 0 && at < static_cast<int>(wall_.shares.size())
+               ? wall_.shares[static_cast<size_t>(at)]
+               : 0;
+  }
+
+  // Nats a metre: what is measured of neighbouring steps is alike.
+  double ComputeCost(int step, uint8_t kind) const {
+    constexpr double kSeen = 10, kWidth = 3, kUnseen = 0.5;
+    const double share = FindShare(step);
+    if (kind != kWall) return kSeen * share + (kind == kOpening ? kWidth : 0);
+    // Just behind the face: rays along a wall pass right before it.
+    const Eigen::Vector2d p =
+        wall_.face.PointAt(PlaceAt(step + 0.5)) - wall_.step_m * wall_.face.normal;
+    const bool passed = share == 0 && free_.IsFree(p);
+    return passed ? kSeen : (share == 0 ? kUnseen : 0);
+  }
+
+  // Walls begin and end at other walls, but for those that stand free.
+  static double ChangeCost(uint8_t from, uint8_t to, bool is_corner) {
+    constexpr double kJamb = 1, kCorner = 0.5, kFreeEnd = 6;
+    if (from == to) return 0;
+    if (from != kOpen && to != kOpen) return kJamb;
+    return is_corner ? kCorner : kFreeEnd;
+  }
+
+  // By step, whether another wall ends at it or crosses it there.
+  std::vector<bool> FindCorners() const {
+    std::vector<bool> corners(static_cast<size_t>(count_), false);
+    for (const WallFace& other : walls_) {
+      const auto crossing = Crossing(wall_.face, other.face);
+      if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
+      const double at = (crossing->first - wall_.face.from_m) / wall_.step_m + before_;
+      for (const double step : {std::floor(at), std::floor(at) + 1}) {
+        if (step >= 0 && step < count_) corners[static_cast<size_t>(step)] = true;
+      }
+    }
+    return corners;
+  }
+
+  std::vector<WallPart> MakeParts(const std::vector<uint8_t>& kinds) const {
+    std::vector<WallPart> parts;
+    for (int i = 0; i < count_; ++i) {
+      const uint8_t kind = kinds[static_cast<size_t>(i)];
+      const WallPart part{PlaceAt(i), PlaceAt(i + 1), kind == kWall, kind != kOpen,
+                          kind == kWall && FindShare(i) >= kCovered};
+      if (!parts.empty() && parts.back().IsLike(part)) {
+        parts.back().to_m = part.to_m;
+      } else {
+        parts.push_back(part);
+      }
+    }
+    return parts;
+  }
+
+  const std::vector<WallFace>& walls_;
+  const WallFace& wall_;
+  const FreeSpace& free_;
+  int before_ = 0, count_ = 0;  // steps before the face, and in all
+};
 
 }  // namespace
 
@@ -113,17 +184,11 @@ std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b) 
   return std::pair(a.MeasureAlong(point), b.MeasureAlong(point));
 }
 
-std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const FreeSpace& free,
                                    const BuildingOptions& options) {
   std::vector<WallLine> lines;
   for (const WallFace& wall : walls) {
-    WallLine line{&wall, SplitIntoParts(wall)};
-    for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
-      WallPart& part = line.parts[i];
-      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= options.max_door_width_m;
-    }
-    Extend(walls, options, &line);
-    lines.push_back(line);
+    lines.push_back({&wall, LineChain(walls, wall, free, options).FindParts()});
   }
   return lines;
 }
@@ -140,10 +205,7 @@ std::optional<WallPart> PartAt(const std::vector<WallLine>& lines, const Vector2
     const double along_m = face.MeasureAlong(middle);
     for (const WallPart& part : line.parts) {
       if (along_m < part.from_m || along_m > part.to_m) continue;
-      if (best && part.share <= best->share && !(part.is_narrow && best->share == 0)) {
-        continue;
-      }
-      best = part;
+      if (!best || part.Rank() > best->Rank()) best = part;
     }
   }
   return best;
@@ -275,10 +337,16 @@ std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
   return unseen;
 }
 
-bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
+bool IsInWall(const std::vector<WallLine>& lines, const std::vector<WallBody>& bodies,
               const Eigen::Vector2d& p) {
-  return std::any_of(bodies.begin(), bodies.end(),
-                     [&](const WallBody& body) { return IsIn(walls[body.front].face, body, p); });
+  return std::any_of(bodies.begin(), bodies.end(), [&](const WallBody& body) {
+    const WallLine& line = lines[body.front];
+    if (!IsIn(line.wall->face, body, p)) return false;
+    const double along_m = line.wall->face.MeasureAlong(p);
+    return std::any_of(line.parts.begin(), line.parts.end(), [&](const WallPart& part) {
+      return part.parts_rooms && along_m >= part.from_m && along_m <= part.to_m;
+    });
+  });
 }
 
 }  // namespace slcmap::mapping

@@ -1,5 +1,5 @@
-// The lines of walls in the plan, each in parts: covered by a wall, gaps of a door's width, open;
-// and what lies between the two faces of a wall.
+// The lines of walls in the plan, each in parts: a wall, an opening of one, open; and what lies
+// between the two faces of a wall.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,12 @@ inline constexpr double kPlanGrid_m = 5e-4;  // of the points of a plan
 
 struct WallPart {
   double from_m = 0, to_m = 0;  // along the face
-  double share = 0;             // that is covered, 0 to 1
-  bool is_narrow = false;       // a gap that parts rooms all the same
+  bool is_wall = false;         // seen, or as what is beside it
+  bool parts_rooms = false;     // a wall, or an opening of one
+  bool is_measured = false;
+
+  int Rank() const { return is_wall + parts_rooms + is_measured; }
+  bool IsLike(const WallPart& other) const { return Rank() == other.Rank(); }
 };
 
 struct WallLine {
@@ -25,11 +29,13 @@ struct WallLine {
   PlanPoints Chain() const;
 };
 
-// Lines extended at both ends beyond the first wall that goes across, or by 30 m.
-std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls,
+// Lines extended at both ends beyond the first wall that goes across, or by 30 m. Their parts are
+// what costs least by what was measured: where rays went through, there is no wall; openings are
+// narrow; a wall begins and ends at others; what was not seen is as what is beside it.
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const FreeSpace& free,
                                    const BuildingOptions& options);
 
-// The part of any of the lines that covers a piece of one most; nothing where it is on none.
+// The part of any of the lines that is most of a wall along a piece; nothing where it is on none.
 std::optional<WallPart> PartAt(const std::vector<WallLine>& lines, const Eigen::Vector2d& a,
                                const Eigen::Vector2d& b);
 
@@ -60,8 +66,9 @@ std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
 std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls,
                                  const BuildingOptions& options);
 
-// Whether a place is between two faces of one wall; the bodies are those of the walls.
-bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
+// Whether a place is between two faces of one wall, or in an opening of it, and not in a gap of
+// both faces that is open; the bodies are those of the lines' walls.
+bool IsInWall(const std::vector<WallLine>& lines, const std::vector<WallBody>& bodies,
               const Eigen::Vector2d& p);
 
 }  // namespace slcmap::mapping

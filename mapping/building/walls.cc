@@ -147,12 +147,28 @@ void RemovePanes(const Level& level, std::vector<BuiltFace>* faces) {
   }
 }
 
+// Whether both ends of a face are at long walls: furniture hardly goes from wall to wall, and over
+// what does, and is no wall, rays pass.
+bool GoesFromWallToWall(const std::vector<BuiltFace>& faces, const Face& face) {
+  constexpr double kAt_m = 0.15;
+  const auto is_at_wall = [&](double end_m) {
+    return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
+      if (!other.is_wall || !IsLong(other) || other.wall.face.level != face.level) return false;
+      const auto crossing = Crossing(face, other.wall.face);
+      return crossing && std::abs(crossing->first - end_m) < kAt_m &&
+             crossing->second > other.wall.face.from_m - kAt_m &&
+             crossing->second < other.wall.face.to_m + kAt_m;
+    });
+  };
+  return is_at_wall(face.from_m) && is_at_wall(face.to_m);
+}
+
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,
 // and nearly reaches the floor: the reveals of windows begin at their sills.
 bool IsMeasuredWall(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
   constexpr double kMostAbove_m = 0.75;
-  if (IsLong(built)) return true;
+  if (IsLong(built) || GoesFromWallToWall(faces, built.wall.face)) return true;
   if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
   const std::vector<double>& shares = built.wall.shares;
   const auto sure = std::count(shares.begin(), shares.end(), 1.0);

@@ -93,9 +93,38 @@ class Scanner {
     return material.contrast > 0 && material.texture != TextureKind::kLamp;
   }
 
+  // A cell of the plan and of upper or lower parts, by a number that is made of its indices.
+  bool IsBlank(const ScenePatch& patch, const Vector3d& p) const {
+    constexpr double kCell_m = 1.3, kParted_m = 1.6;
+    const int body = scene_.quads[patch.quad].body;
+    if (options_.blank_share == 0 || body < 0 || scene_.bodies[body].kind != "wall") return false;
+    uint32_t mixed = p.z() > kParted_m ? 1 : 0;
+    for (const double at : {p.x(), p.y()}) {
+      mixed = (mixed * 31 + static_cast<uint32_t>(static_cast<int>(std::floor(at / kCell_m)))) *
+              2654435761u;
+      mixed ^= mixed >> 15;
+    }
+    return mixed % 1000 < 1000 * options_.blank_share;
+  }
+
+  // By how much a distance seems larger than it is.
+  double FindStray(const Vector3d& ray) const {
+    constexpr double kCone = 0.9976;  // cosine, 4 degrees
+    for (const auto& [axis, scale] : strays_) {
+      if (axis.dot(ray) > kCone) return scale;
+    }
+    return 1;
+  }
+
   ViewRays Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
     ViewRays rays{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
+    strays_.clear();
+    for (int i = 0; i < options_.stray_cones; ++i) {
+      const Vector3d axis =
+          ComputeRay(static_cast<int>(UniformIn(0, 1000, &generator_)), 1000, turn_rad);
+      strays_.push_back({axis, UniformIn(1.1, 1.4, &generator_)});
+    }
     RayScene::Packet packet;
     for (int first = 0; first < options_.rays; first += RayScene::kLanes) {
       packet.Clear();
@@ -119,6 +148,9 @@ class Scanner {
   void AddHit(const ScenePatch& patch, const Vector3d& place, const Vector3d& ray,
               double distance_m, const Vector3d& drift, ViewRays* rays) {
     if (!IsTextured(patch)) return;
+    const double stray = FindStray(ray);
+    if (stray == 1 && IsBlank(patch, place + distance_m * ray)) return;
+    distance_m *= stray;
     const double sigma_m = options_.noise_m + options_.noise_per_m * distance_m * distance_m;
     const Vector3d p = place + (distance_m + sigma_m * Normal(&generator_)) * ray + drift;
     rays->p_world.push_back(p.cast<float>());
@@ -157,6 +189,7 @@ class Scanner {
         to_m = std::max(to_m, std::min(at_m + kStep_m, length_m));
       }
       if (to_m - from_m < kShortest_m) continue;
+      if (options_.lines_seen < 1 && UniformIn(0, 1, &generator_) > options_.lines_seen) continue;
       Vector3d noise;
       for (int k = 0; k < 3; ++k) noise[k] = options_.line_noise_m * Normal(&generator_);
       MapLine line;
@@ -174,6 +207,7 @@ class Scanner {
   const RayScene rays_;
   std::mt19937 generator_{1};
   std::map<VoxelKey, Voxel> voxels_;
+  std::vector<std::pair<Vector3d, double>> strays_;  // of the present place
 };
 
 }  // namespace

@@ -25,6 +25,11 @@ struct ScanOptions {
   double half_width_deg = 180;  // to either side of the way, where each place looks along
   Eigen::Vector3d drift_m = Eigen::Vector3d::Zero();  // of what the second half of places measures
   bool with_lines = true;
+  // Of walls: parts, of about a metre, on which nothing is seen.
+  double blank_share = 0;
+  double lines_seen = 1;  // share of the edges in view that become lines
+  // Of each place: cones in which all, blank or not, seems to be farther away than it is.
+  int stray_cones = 0;
 };
 
 // Materials without contrast, and lamps, give no points: stereo sees nothing on them.

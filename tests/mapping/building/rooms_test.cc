@@ -72,6 +72,22 @@ TEST_F(RoomsTest, ArePartedByAWallThatIsBlankOnOneSide) {
   EXPECT_NEAR(area_m2, 20 + 9.85 * 3.85, 0.1);
 }
 
+// Shelves hide both sides of it there.
+TEST_F(RoomsTest, ArePartedWhereMoreThanADoorsWidthOfTheirWallWasNotSeen) {
+  Uncover(1, 3.2, &corridor_);
+  Uncover(6.8, 9, &rooms_);
+  EXPECT_THAT(Find(), SizeIs(3));
+}
+
+TEST_F(RoomsTest, AreOneWhereRaysWentThroughAWideGap) {
+  Uncover(0.5, 4.4, &corridor_);
+  Uncover(5.6, 9.5, &rooms_);
+  for (double x = 0.525; x < 4.4; x += 0.05) {
+    for (int way = 0; way < 3; ++way) free_.AddWay({x, 1}, {x, 3});
+  }
+  EXPECT_THAT(Find(), SizeIs(2));
+}
+
 Room SquareRoom() {
   Room room;
   room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
