@@ -40,6 +40,7 @@ void AddCommands(CLI::App& app) {
   AddOdometryCommand(app);
   AddMapCommand(app);
   AddMergeCommand(app);
+  AddRegisterCommand(app);
   AddExportCommand(app);
   AddViewCommand(app);
   AddRunCommand(app);

@@ -300,6 +300,7 @@ void TurnContent(const RigidTransform& T, MapResult* map) {
   }
   TurnLines(T, map);
   TurnBuilding(T, &map->building);
+  if (map->plan) map->plan->T_plan_world = map->plan->T_plan_world * T.Inverse();
 }
 
 // The cells whose centres are in a voxel that was turned.
@@ -350,7 +351,7 @@ MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
                points, point_observations, dense, filled, lines, marks, line_evidence, pipes,
-               building, occupancy] = map;
+               building, plan, occupancy] = map;
   return {id,
           source,
           method,
@@ -374,6 +375,7 @@ MapResult CopyMap(const MapResult& map) {
           line_evidence,
           pipes,
           building,
+          plan,
           OccupancyMap(occupancy.resolution_m())};
 }
 

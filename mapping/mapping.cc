@@ -465,6 +465,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
                    progress.Part(kUnited, 1), &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
   progress.ReportOrStop(1);
+  united.map.plan.reset();  // of the first map's walls alone
   united.map.source.options = options.ToYaml();
   return {std::move(united.map), united.alignment};
 }

@@ -14,6 +14,7 @@ void AddCheckCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddMergeCommand(CLI::App& app);
+void AddRegisterCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);

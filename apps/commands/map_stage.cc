@@ -13,6 +13,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/merge.h"
 #include "apps/commands/options.h"
+#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
@@ -199,7 +200,7 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 }
 
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      OutputFolder* output) {
+                      PlanStage* plan, OutputFolder* output) {
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
   MapInput input = ReadInput(arguments);
   const OdometryRun& run = input.run;
@@ -226,6 +227,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
     remove_stages();
     map = MergedInto(std::move(*other), std::move(map), arguments);
   }
+  if (!Interrupted()) plan->Compare(StageProgress("plan"), &map);
   map.id = WriteMapFolder(output, map);
   remove_stages();
   if (unmerged) unmerged->Remove();
@@ -240,6 +242,12 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
 }
 
 namespace {
+
+struct MapCommand {
+  MapArguments arguments;
+  PlanArguments plan;
+  std::string output;
+};
 
 void CheckInto(const MapArguments& arguments) {
   ParseStart(arguments.at);
@@ -265,17 +273,21 @@ void CheckInput(const MapArguments& arguments) {
   }
 }
 
-void Map(const MapArguments& arguments, const std::string& to) {
+void Map(const MapCommand& command) {
+  const MapArguments& arguments = command.arguments;
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
+  PlanStage plan(command.plan);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
   for (const std::string& input :
-       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config}) {
+       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config,
+        command.plan.plan}) {
     if (!input.empty()) inputs.push_back(input);
   }
-  OutputFolder output(to, MapFiles(), inputs);
-  const MapResult map = RunMapStage(arguments, options, &output);
+  OutputFolder output(command.output, MapFiles(), inputs);
+  const MapResult map = RunMapStage(arguments, options, &plan, &output);
   if (map.verdict) LogVerdict(arguments.input, *map.verdict);
+  plan.RequirePlaced();
 }
 
 }  // namespace
@@ -283,15 +295,16 @@ void Map(const MapArguments& arguments, const std::string& to) {
 void AddMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "map", "Build a map from a run folder, or from a sequence and poses by anyone");
-  const auto map = std::make_shared<MapArguments>();
-  const auto to = std::make_shared<std::string>();
-  MapArguments& arguments = *map;
+  const auto map = std::make_shared<MapCommand>();
+  MapArguments& arguments = map->arguments;
   command
       ->add_option("input", arguments.input,
                    "Run folder, as odometry writes it, or with --poses a sequence (EuRoC, TUM VI)")
       ->type_name("RUN|SEQ")
       ->required();
-  command->add_option("-o,--output", *to, "Map folder to write")->type_name("MAP")->required();
+  command->add_option("-o,--output", map->output, "Map folder to write")
+      ->type_name("MAP")
+      ->required();
   CLI::Option* poses = command->add_option(
       "--poses", arguments.poses,
       "Poses of the sequence's IMU in metres, z up, TUM, EuRoC or KITTI file: from another SLAM, "
@@ -310,6 +323,7 @@ void AddMapCommand(CLI::App& app) {
               "slcmap merge does it; the folder itself stays as it is")
           ->type_name("MAP");
   AddStartOption(*command, &arguments.at)->needs(into);
+  AddPlanOptions(*command, &map->plan);
   command->add_flag("--sparse", arguments.sparse,
                     "Map the landmarks and lines of the run alone, without opening its images");
   command->add_option("--config", arguments.config,
@@ -322,8 +336,9 @@ void AddMapCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap map OUT/run -o OUT/map\n"
       "  slcmap map SEQ --poses poses.tum -o MAP\n"
-      "  slcmap map OUT2/run --into OUT/map -o BUILDING");
-  command->callback([map, to] { Map(*map, *to); });
+      "  slcmap map OUT2/run --into OUT/map -o BUILDING\n"
+      "  slcmap map OUT/run --plan floor.png --plan-pixel-m 0.01 -o OUT/map");
+  command->callback([map] { Map(*map); });
 }
 
 }  // namespace slcmap::commands

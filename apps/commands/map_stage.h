@@ -14,6 +14,8 @@
 
 namespace slcmap::inline commands {
 
+class PlanStage;
+
 // Counts runs and maps that were taken although their files were changed since, or they are not of
 // the run beside them, as a warning.
 inline constexpr const char* kChangedFilesAccepted = "changed_files_accepted";
@@ -63,6 +65,6 @@ struct MapArguments {
 // is done so far, and says that it is partial; what is merged into another is none then. Throws
 // what reading, mapping, merging and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      OutputFolder* output);
+                      PlanStage* plan, OutputFolder* output);
 
 }  // namespace slcmap::commands

@@ -11,6 +11,7 @@
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
+#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct RunArguments {
   OdometryArguments odometry;
+  PlanArguments plan;
   std::string output;
   ExportOptions exporting;
 };
@@ -98,10 +100,12 @@ void RunAll(const RunArguments& arguments) {
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
-  const std::vector<std::string> inputs = ListInputs(odometry);
+  std::vector<std::string> inputs = ListInputs(odometry);
+  if (!arguments.plan.plan.empty()) inputs.push_back(arguments.plan.plan);
   RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);
+  PlanStage plan(arguments.plan);
   CheckPagePlace(PageIn(output));
   auto map_folder = std::make_unique<OutputFolder>(output + "/map", MapFiles(), inputs);
   OutputFolder export_folder(output + "/export", ExportFiles(), inputs);
@@ -117,7 +121,7 @@ void RunAll(const RunArguments& arguments) {
   MapArguments of_run;
   of_run.input = odometry.run;
   of_run.threads = odometry.threads;
-  Timed("map", [&] { return RunMapStage(of_run, mapping, map_folder.get()); });
+  Timed("map", [&] { return RunMapStage(of_run, mapping, &plan, map_folder.get()); });
   if (Interrupted()) return;
   // What is shown is what the folder holds, whose numbers are rounded.
   map_folder.reset();
@@ -134,6 +138,7 @@ void RunAll(const RunArguments& arguments) {
   if (!page.empty()) std::printf("open      %s\n", page.c_str());
   PrintVerdict(*run.verdict);
   RefuseFailed(odometry.run, run);
+  plan.RequirePlaced();
 }
 
 }  // namespace
@@ -147,6 +152,7 @@ void AddRunCommand(CLI::App& app) {
                    "Folder for the results: run, map, export and map.html")
       ->type_name("OUT")
       ->required();
+  AddPlanOptions(*command, &arguments->plan);
   AddExportOptions(*command, &arguments->exporting);
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"

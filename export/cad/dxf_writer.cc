@@ -345,7 +345,8 @@ constexpr std::array<PenLayer, kPenStyles.size()> kPenLayers = {
      {"FRAME", kBlack, DxfLinetype::kContinuous},
      {"BEYOND", kGrey, DxfLinetype::kContinuous},
      {"LINE", kCyan, DxfLinetype::kContinuous},
-     {"SECTION", 1, DxfLinetype::kDashed}}};
+     {"SECTION", 1, DxfLinetype::kDashed},
+     {"PLANNED", 6, DxfLinetype::kDashed}}};
 constexpr char kTextLayer[] = "TEXT", kRoomTextLayer[] = "ROOM_TEXT";
 
 // Of LineAxis.

@@ -23,6 +23,7 @@ enum class Pen {
   kBeyond,       // of sections: what is seen beyond the cut
   kLine,         // mapped lines there
   kSectionLine,  // where a plan is cut by sections
+  kPlanned,      // where walls were planned that are elsewhere
 };
 enum class Fill { kAssumed, kWall, kInk };  // in the order in which they are laid over each other
 
@@ -32,7 +33,7 @@ struct PenStyle {
   double width_mm;
   double dash_mm, gap_mm;
 };
-inline constexpr std::array<PenStyle, 10> kPenStyles = {{{"walls", 0.5, 0, 0},
+inline constexpr std::array<PenStyle, 11> kPenStyles = {{{"walls", 0.5, 0, 0},
                                                          {"assumed", 0.25, 1.4, 0.9},
                                                          {"openings", 0.25, 0, 0},
                                                          {"overhead", 0.18, 0.9, 0.9},
@@ -41,7 +42,8 @@ inline constexpr std::array<PenStyle, 10> kPenStyles = {{{"walls", 0.5, 0, 0},
                                                          {"frame", 0.35, 0, 0},
                                                          {"beyond", 0.25, 0, 0},
                                                          {"lines", 0.09, 0, 0},
-                                                         {"section_lines", 0.35, 5, 1.5}}};
+                                                         {"section_lines", 0.35, 5, 1.5},
+                                                         {"planned", 0.25, 0.7, 0.7}}};
 
 struct FillStyle {
   const char* name;

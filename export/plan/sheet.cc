@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "data/core/error.h"
+#include "export/plan/plan_deviations.h"
 #include "export/plan/section_drawing.h"
 #include "export/plan/storey_plan.h"
 #include "export/plan/title_block.h"
@@ -117,7 +118,8 @@ Sheet EmptySheet(const TitleBlock& block, const SheetFormat& format) {
   return sheet;
 }
 
-Sheet MakeSheet(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& plan, bool in_mm) {
+Sheet MakeSheet(const TitleBlock& block, const MapResult& map, const PlanSet& plans,
+                const StoreyPlan& plan, bool in_mm) {
   Sheet sheet = {fmt::format("storey_{}", plan.storey.id),
                  fmt::format("Storey {}", plan.storey.id),
                  block.project(),
@@ -125,8 +127,10 @@ Sheet MakeSheet(const TitleBlock& block, const PlanSet& plans, const StoreyPlan&
                  {}};
   const double mm_of_metre = 1000.0 / plans.format.scale;
   const PlanTextSizes sizes(plans.format.scale, in_mm);
-  sheet.drawing = Placed(PlanInMetres(plan, sizes), mm_of_metre,
-                         plans.format.Middle_mm() - mm_of_metre * plans.middle_m);
+  Drawing in_metres = PlanInMetres(plan, sizes);
+  in_metres.Add(DrawPlanDeviations(map, plan.storey, sizes));
+  sheet.drawing =
+      Placed(in_metres, mm_of_metre, plans.format.Middle_mm() - mm_of_metre * plans.middle_m);
   if (plan.walls.paths.empty()) {
     Append(MiddleTexts(plans.format, {"No wall was found on this storey."}), &sheet.drawing.texts);
   }
@@ -147,7 +151,7 @@ std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options) 
   if (plans.storeys.empty()) return {EmptySheet(block, plans.format)};
   std::vector<Sheet> sheets;
   for (const StoreyPlan& plan : plans.storeys) {
-    sheets.push_back(MakeSheet(block, plans, plan, options.millimetres));
+    sheets.push_back(MakeSheet(block, map, plans, plan, options.millimetres));
   }
   return sheets;
 }

@@ -18,6 +18,7 @@
 #include "data/source/sequence_source.h"
 #include "mapping/map/building.h"
 #include "mapping/map/occupancy_map.h"
+#include "mapping/map/plan_comparison.h"
 
 namespace slcmap::inline mapping {
 
@@ -188,6 +189,7 @@ struct MapResult {
   LineEvidence line_evidence;      // for lines and marks
   std::vector<MapPipe> pipes;      // their outlines are not among the lines
   Building building;               // empty of a map that was made without images
+  std::optional<PlanComparison> plan;  // where it lies in a plan of the building, if it was given
   OccupancyMap occupancy{0.1};
 };
 

@@ -45,7 +45,7 @@ double MedianObservations(const std::vector<MapLine>& lines) {
   return ComputeTrackLengths(std::move(observations)).median_keyframes;
 }
 
-std::vector<std::string> ListedNames(bool with_calibration) {
+std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
   std::vector<std::string> names = {kTrajectory, kKeyframes,           kPoints, kCloud,
                                     kDense,      kDenseCloud,          kLines,  kMarks,
                                     kOccupancy,  kProbabilities,       kRig,    kOptions,
@@ -53,6 +53,7 @@ std::vector<std::string> ListedNames(bool with_calibration) {
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
+  if (with_plan) names.insert(names.end(), kPlanComparisonFiles.begin(), kPlanComparisonFiles.end());
   return names;
 }
 
@@ -83,6 +84,23 @@ Json ExternalPosesJson(const std::optional<ExternalPoseFigures>& figures) {
           {"clock_s", figures->clock_s},
           {"moved_m", figures->moved_m},
           {"turned_rad", figures->turned_rad}};
+}
+
+// What of it people want to know first; the rest is in its own files.
+Json ComparisonJson(const PlanComparison& comparison) {
+  Json json = {{"file", comparison.plan},
+               {"storey", comparison.storey},
+               {"agreeing_m", RoundedForJson(comparison.agreeing_m)},
+               {"differing_m", RoundedForJson(comparison.differing_m)}};
+  const auto count = [&](const char* what, const auto& rows) {
+    for (const char* status : kPlanStatuses) {
+      json[what][status] = std::ranges::count_if(
+          rows, [&](const auto& row) { return std::string(GetName(row.status)) == status; });
+    }
+  };
+  count("walls", comparison.walls);
+  count("openings", comparison.openings);
+  return json;
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountContents(const MapResult& map) {
@@ -121,9 +139,10 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"voxel_m", map.occupancy.resolution_m()},
                {"adjustment", AdjustmentJson(map.adjustment)},
                {"given_poses", ExternalPosesJson(map.given_poses)}};
+  if (map.plan) json["plan"] = ComparisonJson(*map.plan);
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
   for (const auto& [what, count] : CountContents(map)) json["counts"][what] = count;
-  json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value()));
+  json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value(), map.plan.has_value()));
   return WriteSummaryFile(folder + "/" + kSummary, json);
 }
 
@@ -260,7 +279,7 @@ void CheckLinesOfPoints(const std::string& path, const MapResult& map) {
 
 StageFiles MapFiles() {
   StageFiles files{"a map", {kSummary}};
-  for (const std::string& name : ListedNames(true)) files.names.push_back(name);
+  for (const std::string& name : ListedNames(true, true)) files.names.push_back(name);
   return files;
 }
 
@@ -287,12 +306,16 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   map.occupancy.WriteProbabilities(path + kProbabilities);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
+  if (map.plan) WritePlanComparison(folder->staging(), *map.plan);
   if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);
   const std::string id = WriteSummary(folder->staging(), map);
   folder->Commit(map.complete);
+  std::error_code ignored;
   if (!map.calibrated_rig) {  // an earlier map's would be of another run
-    std::error_code ignored;
     std::filesystem::remove(folder->path() + "/" + kCalibration, ignored);
+  }
+  for (const char* name : kPlanComparisonFiles) {
+    if (!map.plan) std::filesystem::remove(folder->path() + "/" + name, ignored);
   }
   return id;
 }
@@ -317,6 +340,7 @@ MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& opti
   map.line_evidence = ReadLineEvidence(folder, map);
   if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);
+  if (HasFile(folder, summary, kPlanComparisonFiles[0])) map.plan = ReadPlanComparison(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

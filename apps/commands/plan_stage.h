@@ -1,0 +1,42 @@
+// A map against a plan of its building, as commands do it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "data/core/progress.h"
+#include "mapping/map/map.h"
+#include "mapping/plan/building_plan.h"
+
+namespace slcmap::inline commands {
+
+struct PlanArguments {
+  std::string plan;    // a file or a map folder; "": none
+  double pixel_m = 0;  // of an image; 0: not said
+  std::string at;      // about where the map's origin is, as --plan-at says it
+};
+
+// Adds --plan, --plan-pixel-m and --plan-at; `arguments` must outlive the parsing. Returns --plan.
+CLI::Option* AddPlanOptions(CLI::App& command, PlanArguments* arguments);
+
+// The plan is read before the work begins. A map that has no place in it is a map all the same: it
+// is kept, and what is wrong is said in the end.
+class PlanStage {
+ public:
+  // Throws ConfigError and DataError for a plan that is none.
+  explicit PlanStage(const PlanArguments& arguments);
+
+  // Puts the comparison into the map; nothing where no plan was given.
+  void Compare(const Progress& progress, MapResult* map);
+
+  // Throws DataError where the map had no place in the plan.
+  void RequirePlaced() const;
+
+ private:
+  const PlanArguments arguments_;
+  std::vector<BuildingPlan> plans_;
+  std::string fault_;
+};
+
+}  // namespace slcmap::commands
