@@ -53,11 +53,7 @@ void Measure(const std::string& name, const std::string& out, const testing::Map
   WriteTrueBuilding(out + "/" + name + "/truth.json", floor.truth);
 }
 
-}  // namespace
-}  // namespace slcmap
-
-int main(int argc, char** argv) {
-  using namespace slcmap;
+int Run(int argc, char** argv) {
   const std::string out = argc > 1 ? argv[1] : "";
   if (argc == 4) {
     std::vector<Eigen::Vector3d> walk;
@@ -83,3 +79,8 @@ int main(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace
+}  // namespace slcmap
+
+int main(int argc, char** argv) { return slcmap::Run(argc, argv); }
