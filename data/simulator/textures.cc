@@ -70,16 +70,19 @@ struct Bond {
 cv::Mat Cells(const Bond& bond, uint32_t seed) {
   cv::Mat out(kSide, kSide, CV_32F);
   const cv::Mat wobble = bond.wobble_px * Noise(128, 128, Mixed(seed, 77));
-  const float w = 1.0f * kSide / bond.columns, h = 1.0f * kSide / bond.rows;
+  const float w = static_cast<float>(kSide) / static_cast<float>(bond.columns),
+              h = static_cast<float>(kSide) / static_cast<float>(bond.rows);
   for (int y = 0; y < kSide; ++y) {
     const int row = y * bond.rows / kSide;
-    const float from_below = y - row * h, from_above = h - from_below;
+    const float from_below = static_cast<float>(y) - static_cast<float>(row) * h,
+                from_above = h - from_below;
     const int shift = bond.staggered && row % 2 == 1 ? static_cast<int>(w / 2) : 0;
     for (int x = 0; x < kSide; ++x) {
       const int xs = (x + shift) % kSide, column = xs * bond.columns / kSide;
       const uint32_t cell = Mixed(seed, static_cast<uint32_t>(row * bond.columns + column));
       const float joint_px = bond.joint_px + wobble.at<float>(y, x);
-      const float near = std::min(xs - column * w, from_below);
+      const float near =
+          std::min(static_cast<float>(xs) - static_cast<float>(column) * w, from_below);
       const float share = std::clamp(joint_px - near, 0.0f, 1.0f);  // of the joint in the texel
       constexpr float kRim_px = 2.5f;
       const float rims = std::exp(-std::max(from_above, 0.0f) / kRim_px) -
@@ -197,7 +200,7 @@ cv::Mat CeilingGrid(uint32_t seed) {
   AddSpots(9000, 2, -0.35f, seed + 2, &image);
   const auto from_bar = [](int at) {
     constexpr float kPanel_px = 1.0f * kSide / kPanels;
-    const float off = std::fmod(at + 0.5f, kPanel_px);
+    const float off = std::fmod(static_cast<float>(at) + 0.5f, kPanel_px);
     return std::min(off, kPanel_px - off);
   };
   for (int y = 0; y < kSide; ++y) {

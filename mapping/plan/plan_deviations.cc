@@ -63,7 +63,7 @@ class PlanComparer {
     comparison.agreeing_m = placement_.agreeing_m;
     comparison.differing_m = placement_.differing_m;
     comparison.rival_share = placement_.rival_share;
-    for (const FacePair& pair : pairs_) comparison.walls.push_back(DeviationOf(pair));
+    for (const FacePair& pair : pairs_) comparison.walls.push_back(CompareFaces(pair));
     AddMissing(&comparison.walls);
     AddNew(&comparison.walls);
     AddOpenings(&comparison.openings);
@@ -168,7 +168,7 @@ class PlanComparer {
     return built.start + built.Along().dot(middle - built.start) * built.Along();
   }
 
-  WallDeviation DeviationOf(const FacePair& pair) const {
+  WallDeviation CompareFaces(const FacePair& pair) const {
     const PlannedFace built = Built(pair.built);
     const PlannedFace planned = FacingAlike(plan_.faces[pair.planned], built.Normal());
     WallDeviation row;
@@ -286,7 +286,7 @@ class PlanComparer {
       }
       if (nearest) {
         taken[*nearest] = true;
-        rows->push_back(OpeningDeviationOf(i, *nearest));
+        rows->push_back(CompareOpenings(i, *nearest));
       } else if (IsClosed(planned)) {
         rows->push_back(
             {PlanStatus::kMissing, static_cast<int64_t>(i), -1, planned.start, planned.end});
@@ -297,7 +297,7 @@ class PlanComparer {
     }
   }
 
-  OpeningDeviation OpeningDeviationOf(std::size_t i, std::size_t k) const {
+  OpeningDeviation CompareOpenings(std::size_t i, std::size_t k) const {
     const PlannedOpening& planned = plan_.openings[i];
     const PlannedOpening built = PlacedLike(planned, built_.openings[k].opening);
     const Vector2d along = (planned.end - planned.start).normalized();
@@ -318,7 +318,7 @@ class PlanComparer {
   // Whether a wall was seen to go over all of an opening.
   bool IsClosed(const PlannedOpening& planned) const {
     const Vector2d across = planned.end - planned.start;
-    return std::ranges::any_of(built_.faces, [&](const BuiltFace& face) {
+    return std::ranges::any_of(built_.faces, [&](const MappedFace& face) {
       const PlannedFace built = Placed(face.face, placement_.T_plan_world);
       return std::ranges::all_of(std::vector{0.1, 0.5, 0.9}, [&](double share) {
         const Vector2d p = planned.start + share * across;

@@ -35,7 +35,9 @@ cv::Mat1b ReadInk(const std::string& path) {
   if (channels.size() >= 3)
     cv::cvtColor(image, grey, channels.size() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
   if (channels.size() == 2 || channels.size() == 4) grey.setTo(255, channels.back() < 128);
-  return grey < 128;
+  cv::Mat1b ink;
+  cv::compare(grey, 128, ink, cv::CMP_LT);
+  return ink;
 }
 
 // The line through the points of a border between two of its corners; pixels at the corners belong
@@ -127,7 +129,7 @@ std::vector<BuildingPlan> ReadImagePlan(const std::string& path, double pixel_m)
   if (2.0 * cv::countNonZero(ink) > static_cast<double>(ink.total())) {
     throw DataError(
         fmt::format("{}: found {:.0f} % of the image dark, expected dark walls on white", path,
-                    100.0 * cv::countNonZero(ink) / ink.total()));
+                    100.0 * cv::countNonZero(ink) / static_cast<double>(ink.total())));
   }
   std::vector<std::vector<cv::Point>> borders;
   cv::Mat1b framed;

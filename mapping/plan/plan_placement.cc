@@ -104,7 +104,7 @@ class PlaceJudge {
   // the map looks through, and walls that were walked through.
   void Judge(PlanPlacement* place) const {
     place->agreeing_m = place->differing_m = 0;
-    for (const BuiltFace& built : built_.faces) {
+    for (const MappedFace& built : built_.faces) {
       const double reach_m = 3 * built.face.sigma_m + kAgree_m;
       ForEachSample(built.face, [&](const Vector2d& p, double length_m) {
         const bool agrees = index_
@@ -177,11 +177,11 @@ class PlaceJudge {
 
 bool PlaceJudge::FitStep(double scale_m, PlanPlacement* place) const {
   Vector2d middle = Vector2d::Zero();
-  for (const BuiltFace& built : built_.faces) middle += built.face.Middle();
+  for (const MappedFace& built : built_.faces) middle += built.face.Middle();
   place->middle = place->T_plan_world * (middle / static_cast<double>(built_.faces.size()));
   Matrix3d information = Matrix3d::Zero(), scatter = Matrix3d::Zero();
   Vector3d gradient = Vector3d::Zero();
-  for (const BuiltFace& built : built_.faces) {
+  for (const MappedFace& built : built_.faces) {
     const Vector2d normal = place->T_plan_world.Turn(built.face.Normal());
     // What all of a face is off is one measurement, so its samples share its weight.
     Matrix3d of_face = Matrix3d::Zero();
@@ -236,7 +236,7 @@ bool IsOtherPlace(const PlanPlacement& a, const PlanPlacement& b) {
 
 std::vector<PlannedFace> FacesIn(const BuiltStorey& built) {
   std::vector<PlannedFace> faces;
-  for (const BuiltFace& face : built.faces) faces.push_back(face.face);
+  for (const MappedFace& face : built.faces) faces.push_back(face.face);
   return faces;
 }
 

@@ -16,7 +16,7 @@
 namespace slcmap::inline mapping {
 
 // A wall's face as a map has it; ids of the plane. Metres, in world.
-struct BuiltFace {
+struct MappedFace {
   PlannedFace face;
   int64_t plane = -1;
 };
@@ -37,7 +37,7 @@ struct FreeCells {
 
 struct BuiltStorey {
   int64_t id = 0;
-  std::vector<BuiltFace> faces;
+  std::vector<MappedFace> faces;
   std::vector<BuiltOpening> openings;
   std::vector<Eigen::Vector2d> trajectory;
   FreeCells free;

@@ -107,7 +107,7 @@ PlacedStorey PlaceBest(const MapResult& map, const std::vector<BuildingPlan>& pl
 void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
                       const std::optional<PlanPlacement>& placement) {
   double seen_m = 0;
-  for (const BuiltFace& face : built.faces) seen_m += face.face.Length();
+  for (const MappedFace& face : built.faces) seen_m += face.face.Length();
   if (!placement || seen_m < kLeastAgreeing_m) {
     throw DataError(fmt::format(
         "found {:.1f} m of walls in the map, expected at least {} m, in two directions, to be "

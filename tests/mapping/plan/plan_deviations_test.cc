@@ -90,7 +90,7 @@ TEST(PlanDeviations, TellsWhatIsMissingAndWhatIsNew) {
       ++(is ? missing : missing_falsely);
     } else if (wall.status == PlanStatus::kNew) {
       const auto built = std::ranges::find_if(
-          made.storey.faces, [&](const BuiltFace& face) { return face.plane == wall.plane; });
+          made.storey.faces, [&](const MappedFace& face) { return face.plane == wall.plane; });
       const bool is = made.planned[built - made.storey.faces.begin()] == plan.faces.size();
       ++(is ? added : added_falsely);
     }
