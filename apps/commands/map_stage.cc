@@ -199,8 +199,8 @@ MappingOptions ReadMappingOptions(const std::string& config) {
   return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
 }
 
-MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      PlanStage* plan, OutputFolder* output) {
+MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
+                      OutputFolder* output) {
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
   MapInput input = ReadInput(arguments);
   const OdometryRun& run = input.run;
@@ -279,9 +279,8 @@ void Map(const MapCommand& command) {
   CheckInput(arguments);
   PlanStage plan(command.plan);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
-  for (const std::string& input :
-       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config,
-        command.plan.plan}) {
+  for (const std::string& input : {arguments.input, arguments.poses, arguments.sequence,
+                                   arguments.into, arguments.config, command.plan.plan}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);

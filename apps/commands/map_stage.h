@@ -64,7 +64,7 @@ struct MapArguments {
 // writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
 // is done so far, and says that it is partial; what is merged into another is none then. Throws
 // what reading, mapping, merging and writing throw; an earlier map then stays as it was.
-MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      PlanStage* plan, OutputFolder* output);
+MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
+                      OutputFolder* output);
 
 }  // namespace slcmap::commands

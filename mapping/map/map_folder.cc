@@ -53,7 +53,8 @@ std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
-  if (with_plan) names.insert(names.end(), kPlanComparisonFiles.begin(), kPlanComparisonFiles.end());
+  if (with_plan)
+    names.insert(names.end(), kPlanComparisonFiles.begin(), kPlanComparisonFiles.end());
   return names;
 }
 
@@ -142,7 +143,8 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
   if (map.plan) json["plan"] = ComparisonJson(*map.plan);
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
   for (const auto& [what, count] : CountContents(map)) json["counts"][what] = count;
-  json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value(), map.plan.has_value()));
+  json["files"] =
+      ListFiles(folder, ListedNames(map.calibrated_rig.has_value(), map.plan.has_value()));
   return WriteSummaryFile(folder + "/" + kSummary, json);
 }
 
