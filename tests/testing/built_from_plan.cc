@@ -1,4 +1,4 @@
-#include "testing/built_from_plan.h"
+#include "tests/testing/built_from_plan.h"
 
 #include <algorithm>
 #include <cmath>
