@@ -87,7 +87,7 @@ bool IsKnownBelow(Samples::const_iterator from, Samples::const_iterator to, doub
     const int place = static_cast<int>((s->along_m - start_m) / length_m * kPlaces);
     known[std::clamp(place, 0, kPlaces - 1)] = true;
   }
-  return std::count(known, known + kPlaces, true) >= kKnownBelow * kPlaces;
+  return static_cast<double>(std::count(known, known + kPlaces, true)) >= kKnownBelow * kPlaces;
 }
 
 std::optional<LaidStraightedge> Lay(const Samples& sorted, double length_m, double noise_m) {

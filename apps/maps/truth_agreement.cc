@@ -151,7 +151,8 @@ void AddBends(const PlacedMap& placed, const TrueScan& truth, TruthAgreement* ag
   double largest_m = kNoFigure;
   for (const FoundFace& face : *placed.faces) {
     const std::vector<StraightSample> off = OffTruth(face, placed, truth);
-    if (off.size() < 0.5 * static_cast<double>(std::min(face.samples.size(), kFaceSamples))) {
+    if (static_cast<double>(off.size()) <
+        0.5 * static_cast<double>(std::min(face.samples.size(), kFaceSamples))) {
       continue;
     }
     laid.push_back(LayStraightedges(off, face.noise_m));

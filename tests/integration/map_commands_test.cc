@@ -205,7 +205,8 @@ TEST_F(ViewTest, PicturesComeFromWhereTheRecordingIs) {
   testing::WriteSequence(folder_, {});
   std::string poses;
   for (int i = 0; i < 5; ++i) {
-    poses += fmt::format("{:.9f} {} 0 0 0 0 0 1\n", 1e-9 * testing::ImageStamp(i), 0.2 * i);
+    poses += fmt::format("{:.9f} {} 0 0 0 0 0 1\n",
+                         1e-9 * static_cast<double>(testing::ImageStamp(i)), 0.2 * i);
   }
   const std::string map = folder_.Path("posed"), moved = folder_.Path("moved"),
                     plain = folder_.Path("plain.html"), page = folder_.Path("map.html");

@@ -82,8 +82,9 @@ class Sight {
     if (first == seen.end()) return std::nullopt;
     const auto last = std::find(seen.rbegin(), seen.rend(), true).base();
     if (last - first < 5 || 2 * std::count(first, last, true) < last - first) return std::nullopt;
-    return std::pair(kBin_m * (first - seen.begin()),
-                     std::min(faces_[face].Length(), kBin_m * (last - seen.begin())));
+    return std::pair(
+        kBin_m * static_cast<double>(first - seen.begin()),
+        std::min(faces_[face].Length(), kBin_m * static_cast<double>(last - seen.begin())));
   }
 
   bool IsFree(const Vector2d& p) const { return FreeCells{least_, kBin_m, free_}.IsFree(p); }
@@ -377,8 +378,10 @@ BuildingPlan MakeOfficePlan() {
   const std::vector<double> below = {0, 4.1, 7.7, 13.9, 17.2, 24.6, 30};
   const std::vector<double> above = {0, 6.3, 9.5, 15.2, 21.3, 25.1, 30};
   for (std::size_t i = 0; i + 1 < below.size(); ++i) {
-    add_with_door({below[i], 5.9}, {below[i + 1], 5.9}, 0.12, 0.5 + 0.3 * i, 0.9);
-    add_with_door({above[i], 8.1}, {above[i + 1], 8.1}, 0.12, 0.9 + 0.2 * i, 0.9);
+    add_with_door({below[i], 5.9}, {below[i + 1], 5.9}, 0.12, 0.5 + 0.3 * static_cast<double>(i),
+                  0.9);
+    add_with_door({above[i], 8.1}, {above[i + 1], 8.1}, 0.12, 0.9 + 0.2 * static_cast<double>(i),
+                  0.9);
     if (i > 0) add({below[i], 0}, {below[i], 5.9}, 0.12);
     if (i > 0) add({above[i], 8.1}, {above[i], 14}, 0.12);
   }

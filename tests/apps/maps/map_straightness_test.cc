@@ -122,7 +122,8 @@ TEST(WallsOfAnyMap, AreMeasuredAsTheyAre) {
   const WallStraightness noisy = OfCloud(Cloud(400, kNoisy, 3));
   for (const WallStraightness* walls : {&straight, &bent, &noisy}) {
     ASSERT_EQ(walls->straightedges.size(), 3u);
-    EXPECT_NEAR(walls->walls, 14, 3);  // those of the rooms mostly go on in each other
+    EXPECT_NEAR(static_cast<double>(walls->walls), 14,
+                3);  // those of the rooms mostly go on in each other
     EXPECT_LT(walls->tilt_deg, 0.2);
   }
   EXPECT_NEAR(straight.straightedges[2].rms_m, 0.003, 0.0002);

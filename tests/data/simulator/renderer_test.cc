@@ -408,7 +408,7 @@ TEST(PatternTest, TimberHasBoardsOfTenToTwentyCentimetresWithDarkJoints) {
   }
   ASSERT_GE(joints.size(), 12u);
   for (size_t i = 1; i < joints.size(); ++i) {
-    const double width_m = (joints[i] - joints[i - 1]) * tile.texel_m;
+    const double width_m = static_cast<double>(joints[i] - joints[i - 1]) * tile.texel_m;
     EXPECT_GT(width_m, 0.095);
     EXPECT_LT(width_m, 0.205);
   }

@@ -41,9 +41,8 @@ std::string MessageOf(Call call) {
 std::string DrawRoom(const std::string& folder) {
   cv::Mat1b image(700, 1000, uchar{255});
   const auto fill = [&](double x0, double y0, double x1, double y1, int value) {
-    cv::rectangle(image, cv::Point(std::lround(100 * x0), 700 - std::lround(100 * y1)),
-                  cv::Point(std::lround(100 * x1) - 1, 700 - std::lround(100 * y0) - 1), value,
-                  cv::FILLED);
+    cv::rectangle(image, cv::Point(cvRound(100 * x0), 700 - cvRound(100 * y1)),
+                  cv::Point(cvRound(100 * x1) - 1, 700 - cvRound(100 * y0) - 1), value, cv::FILLED);
   };
   fill(0.8, 0.8, 9.2, 6.2, 0);
   fill(1, 1, 9, 6, 255);
