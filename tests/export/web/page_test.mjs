@@ -63,7 +63,7 @@ test('says what the map holds', async () => {
     'Across the building': '4',
     Upright: '4',
     Edge: '11',
-    Outline: '1',
+    Unknown: '1',
     'Marks on surfaces': '1',
     Walls: '4',
     Floors: '1',

@@ -58,7 +58,7 @@ std::vector<MapLine> Lines(int count) {
   std::vector<MapLine> lines;
   for (int axis = 0; axis < 3; ++axis) AddEdges(axis, &lines);
   lines[4].world = 1;
-  lines[5].kind = LineKind::kEdge;
+  lines[5].kind = LineKind::kUnknown;
   Places places;
   while (std::ssize(lines) < count) {
     const int axis = static_cast<int>(lines.size() % 3);
