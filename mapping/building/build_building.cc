@@ -221,7 +221,8 @@ void CoverOpenings(BuiltFace* built) {
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
-    data->faces[k].wall.shares = WallShares(data->grids[k]);
+    WallFace& wall = data->faces[k].wall;
+    wall.shares = WallShares(data->grids[k], &wall.measured_m);
   }
   SelectWalls(level, &data->faces);
   for (size_t k = 0; k < data->faces.size(); ++k) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace slcmap::inline mapping {
 namespace {
@@ -230,13 +231,14 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
   grid->AddPass(face.MeasureAlong(at.head<2>()), at.z());
 }
 
-std::vector<double> WallShares(const FaceGrid& grid) {
+std::vector<double> WallShares(const FaceGrid& grid, double* measured_m) {
   std::vector<ColumnCounts> columns;
   std::vector<double> shares;
   for (int column = 0; column < grid.columns(); ++column) {
     columns.push_back(CountAround(grid, column));
     shares.push_back(ComputeShareFree(columns.back()));
   }
+  *measured_m = grid.cell_m * std::accumulate(shares.begin(), shares.end(), 0.0);
   // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;
   for (int column = 0; column < grid.columns(); ++column) {

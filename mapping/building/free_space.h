@@ -132,7 +132,7 @@ void AddRay(const Face& face, const Eigen::Vector3d& camera, const Eigen::Vector
 // that reaches the top of the storey is; one whose top was not seen counts half; none is one over
 // which rays pass, as over a cupboard, or behind or before which something else reaches the top, as
 // behind a door's leaf or a duct.
-std::vector<double> WallShares(const FaceGrid& grid);
+std::vector<double> WallShares(const FaceGrid& grid, double* measured_m);
 
 // Of the face of a wall that is at least `share` covered.
 bool IsWall(const std::vector<double>& shares, double cell_m);

@@ -15,6 +15,7 @@ struct WallFace {
   Face face;
   std::vector<double> shares;
   double step_m = 0.05;
+  double measured_m = 0;  // of its length, without what was not seen between
 };
 
 // What a room is in the plan.

@@ -235,7 +235,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   std::vector<size_t> order(faces->size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return CoveredLength((*faces)[a].wall) > CoveredLength((*faces)[b].wall);
+    return (*faces)[a].wall.measured_m > (*faces)[b].wall.measured_m;
   });
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
