@@ -221,8 +221,10 @@ void CoverOpenings(BuiltFace* built) {
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
+    WallCover cover = FindCover(data->grids[k]);
     WallFace& wall = data->faces[k].wall;
-    wall.shares = WallShares(data->grids[k], &wall.measured_m);
+    wall.shares = std::move(cover.shares);
+    wall.measured_m = cover.measured_m;
   }
   SelectWalls(level, &data->faces);
   for (size_t k = 0; k < data->faces.size(); ++k) {

@@ -231,14 +231,15 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
   grid->AddPass(face.MeasureAlong(at.head<2>()), at.z());
 }
 
-std::vector<double> WallShares(const FaceGrid& grid, double* measured_m) {
+WallCover FindCover(const FaceGrid& grid) {
   std::vector<ColumnCounts> columns;
-  std::vector<double> shares;
+  WallCover cover;
+  std::vector<double>& shares = cover.shares;
   for (int column = 0; column < grid.columns(); ++column) {
     columns.push_back(CountAround(grid, column));
     shares.push_back(ComputeShareFree(columns.back()));
   }
-  *measured_m = grid.cell_m * std::accumulate(shares.begin(), shares.end(), 0.0);
+  cover.measured_m = grid.cell_m * std::accumulate(shares.begin(), shares.end(), 0.0);
   // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;
   for (int column = 0; column < grid.columns(); ++column) {
@@ -248,7 +249,7 @@ std::vector<double> WallShares(const FaceGrid& grid, double* measured_m) {
     }
     last = column;
   }
-  return shares;
+  return cover;
 }
 
 bool IsWall(const std::vector<double>& shares, double cell_m) {

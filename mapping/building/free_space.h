@@ -132,7 +132,12 @@ void AddRay(const Face& face, const Eigen::Vector3d& camera, const Eigen::Vector
 // that reaches the top of the storey is; one whose top was not seen counts half; none is one over
 // which rays pass, as over a cupboard, or behind or before which something else reaches the top, as
 // behind a door's leaf or a duct.
-std::vector<double> WallShares(const FaceGrid& grid, double* measured_m);
+struct WallCover {
+  std::vector<double> shares;  // between covered columns also where nobody saw anything
+  double measured_m = 0;       // the covered length, without what nobody saw
+};
+
+WallCover FindCover(const FaceGrid& grid);
 
 // Of the face of a wall that is at least `share` covered.
 bool IsWall(const std::vector<double>& shares, double cell_m);

@@ -105,46 +105,12 @@ bool IsBehind(const Face& wall, const Face& face, double along_m) {
          at_m <= wall.to_m + kAlongside_m;
 }
 
-// Panes begin at their windows' sills, while the back of a recess begins at the floor.
-bool BeginsAtSills(const Face& face, double floor_m) {
-  constexpr double kLeastSill_m = 0.6;
-  return face.mostly_above_m >= floor_m + kLeastSill_m;
-}
-
-// The pane of windows behind a wall: where that is not seen above and below them, the pane is all
-// there is.
+// The pane of windows behind a wall, which begins at their sills, while the back of a recess begins
+// at the floor. Where the wall is not seen above and below them, the pane is all there is.
 bool IsPaneIn(const Face& wall, const Face& pane, double floor_m) {
-  return BeginsAtSills(pane, floor_m) && IsBehind(wall, pane, pane.from_m) &&
+  constexpr double kLeastSill_m = 0.6;
+  return pane.mostly_above_m >= floor_m + kLeastSill_m && IsBehind(wall, pane, pane.from_m) &&
          IsBehind(wall, pane, pane.to_m);
-}
-
-// The share of a face that is behind one of the walls that reach up to a height.
-double ShareBehind(const std::vector<Face>& walls, const WallFace& behind, double high_m) {
-  int count = 0;
-  for (size_t i = 0; i < behind.shares.size(); ++i) {
-    const double along_m = behind.face.from_m + (static_cast<double>(i) + 0.5) * behind.step_m;
-    count += std::any_of(walls.begin(), walls.end(), [&](const Face& wall) {
-      return wall.high_m >= high_m && IsBehind(wall, behind.face, along_m);
-    });
-  }
-  return static_cast<double>(count) / static_cast<double>(behind.shares.size());
-}
-
-// What begins at sills, and ends beneath the top of the long walls that it is behind, is a pane of
-// theirs, however much more is seen of panes and their frames than of blank plaster.
-void RemovePanes(const Level& level, std::vector<BuiltFace>* faces) {
-  constexpr double kLintel_m = 0.15, kMostly = 0.9;
-  std::vector<Face> walls;
-  for (const BuiltFace& built : *faces) {
-    const bool is_wall = IsLong(built) && IsWall(built.wall.shares, built.wall.step_m);
-    if (is_wall) walls.push_back(built.wall.face);
-  }
-  for (BuiltFace& built : *faces) {
-    const double high_m = built.wall.face.high_m + kLintel_m;
-    if (high_m > level.top_m || !BeginsAtSills(built.wall.face, level.floor_m)) continue;
-    if (ShareBehind(walls, built.wall, high_m) < kMostly) continue;
-    built.wall.shares.assign(built.wall.shares.size(), 0);
-  }
 }
 
 // Whether both ends of a face are at long walls: furniture hardly goes from wall to wall, and over
@@ -231,7 +197,6 @@ void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& o
 }  // namespace
 
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
-  RemovePanes(level, faces);
   std::vector<size_t> order(faces->size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {

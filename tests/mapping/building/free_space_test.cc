@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 namespace slcmap {
 namespace {
 
@@ -107,30 +109,42 @@ void Pass(double from_m, double to_m, double low_m, double high_m, FaceGrid* gri
 }
 
 // Whose sills are as blank as may be: nothing but its lintels was measured.
-TEST(WallShares, AWallOfWindowsIsAWall) {
+TEST(FindCover, AWallOfWindowsIsAWall) {
   FaceGrid grid = GridOfAFace();
   Support(0, kFaceLength_m, 2.4, kFaceHeight_m, &grid);
   Pass(0.2, kFaceLength_m - 0.2, 1, 2.4, &grid);
-  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+  EXPECT_TRUE(IsWall(FindCover(grid).shares, kGridCell_m));
 }
 
 // But for its edge to the ceiling, with a few rays that are off.
-TEST(WallShares, ABlankWallThatStrayRaysPassIsAWall) {
+TEST(FindCover, ABlankWallThatStrayRaysPassIsAWall) {
   FaceGrid grid = GridOfAFace();
   Support(0, kFaceLength_m, 2.7, kFaceHeight_m, &grid);
   for (double along_m = 0.1; along_m < kFaceLength_m; along_m += 0.2) {
     Pass(along_m, along_m + kGridCell_m, 0.5, 0.5 + kGridCell_m, &grid);
   }
-  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+  EXPECT_TRUE(IsWall(FindCover(grid).shares, kGridCell_m));
 }
 
-TEST(WallShares, AWidePassageBetweenShortPiecesOfAWallIsAWalls) {
+TEST(FindCover, AWidePassageBetweenShortPiecesOfAWallIsAWalls) {
   FaceGrid grid = GridOfAFace();
   Support(0.5, 3.5, 2.1, kFaceHeight_m, &grid);
   Support(0.5, 0.8, 0, 2.1, &grid);
   Support(3.2, 3.5, 0, 2.1, &grid);
   Pass(0.8, 3.2, 0, 2.1, &grid);
-  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+  EXPECT_TRUE(IsWall(FindCover(grid).shares, kGridCell_m));
+}
+
+// As the panes of two windows, behind the wall between them.
+TEST(FindCover, WhatNobodySawBetweenIsCoveredButNotMeasured) {
+  FaceGrid grid = GridOfAFace();
+  Support(0, 1, 0, kFaceHeight_m, &grid);
+  Support(3, kFaceLength_m, 0, kFaceHeight_m, &grid);
+  const WallCover cover = FindCover(grid);
+  const double covered_m =
+      kGridCell_m * std::accumulate(cover.shares.begin(), cover.shares.end(), 0.0);
+  EXPECT_NEAR(covered_m, kFaceLength_m, 0.2);
+  EXPECT_LT(cover.measured_m, kFaceLength_m - 1.5);
 }
 
 }  // namespace
