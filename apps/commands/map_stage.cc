@@ -250,7 +250,7 @@ struct MapCommand {
 };
 
 void CheckInto(const MapArguments& arguments) {
-  ParseStart(arguments.at);
+  ParseStart("--at", 3, arguments.at);
   if (arguments.into.empty()) return;
   ExpectFolder(arguments.into, FolderKind::kMap);
   OptionsOfMerging(arguments.config, arguments.into);  // refuses them before the work is done

@@ -38,7 +38,7 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
     throw ConfigError(
         "--at: found it beside more than two maps, expected two; merge the others one by one");
   }
-  ParseStart(arguments.at);
+  ParseStart("--at", 3, arguments.at);
   for (const std::string& map : arguments.maps) ExpectFolder(map, FolderKind::kMap);
 }
 
@@ -98,15 +98,7 @@ void AddMergeCommand(CLI::App& app) {
 
 namespace {
 
-constexpr double kFarthestStart_m = 1e5, kMostTurn_deg = 360;
-
-[[noreturn]] void FailStart(const std::string& at) {
-  throw ConfigError(
-      fmt::format("--at: found '{}', expected X,Y,Z,YAW_DEG: four numbers, metres of at most "
-                  "{:.0f} and degrees "
-                  "of at most {:.0f}",
-                  at, kFarthestStart_m, kMostTurn_deg));
-}
+std::string StartForm(size_t count) { return count == 3 ? "X,Y,Z,YAW_DEG" : "X,Y,YAW_DEG"; }
 
 void LogAlignment(const std::string& name, const MapAlignment& found) {
   const Eigen::Vector3d& p = found.T_first_second.translation;
@@ -128,19 +120,29 @@ CLI::Option* AddStartOption(CLI::App& command, std::string* at) {
       ->type_name("X,Y,Z,YAW_DEG");
 }
 
-std::optional<RoughStart> ParseStart(const std::string& at) {
+std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
+                                     const std::string& at) {
+  constexpr double kFarthest_m = 1e5, kMostTurn_deg = 360;
   if (at.empty()) return std::nullopt;
   std::vector<double> values;
   for (std::size_t from = 0; from <= at.size();) {
     const std::size_t to = std::min(at.find(',', from), at.size());
-    const std::optional<double> value = ParseNumber(at.substr(from, to - from));
-    if (!value || !std::isfinite(*value)) FailStart(at);
-    values.push_back(*value);
+    values.push_back(ParseNumber(at.substr(from, to - from)).value_or(NAN));
     from = to + 1;
   }
-  if (values.size() != 4 || std::abs(values[3]) > kMostTurn_deg) FailStart(at);
-  const RoughStart start{{values[0], values[1], values[2]}, values[3] * kDegree};
-  if (start.p_world.cwiseAbs().maxCoeff() > kFarthestStart_m) FailStart(at);
+  RoughStart start;
+  bool is_good = values.size() == lengths + 1 && std::abs(values.back()) <= kMostTurn_deg;
+  for (size_t i = 0; is_good && i < lengths; ++i) {
+    is_good = std::abs(values[i]) <= kFarthest_m;
+    start.p_world[static_cast<Eigen::Index>(i)] = values[i];
+  }
+  if (!is_good) {
+    throw ConfigError(fmt::format(
+        "{}: found '{}', expected {}: {} numbers, metres of at most {:.0f} and degrees of at most "
+        "{:.0f}",
+        option, at, StartForm(lengths), lengths + 1, kFarthest_m, kMostTurn_deg));
+  }
+  start.yaw_rad = values.back() * kDegree;
   return start;
 }
 
@@ -158,7 +160,7 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
                      const std::string& at, const MappingOptions& options,
                      const Progress& progress) {
   AlignmentOptions alignment;
-  alignment.start = ParseStart(at);
+  alignment.start = ParseStart("--at", 3, at);
   try {
     MergedMaps merged =
         MergeMaps(std::move(first), std::move(second), alignment, options, progress);

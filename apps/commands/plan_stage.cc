@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
+#include "apps/commands/merge.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
-#include "data/io/csv.h"
+#include "data/core/math.h"
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
@@ -21,27 +21,6 @@
 
 namespace slcmap::inline commands {
 namespace {
-
-constexpr double kPlanDegree_rad = std::numbers::pi / 180;
-
-std::optional<RoughStart> ParsePlanStart(const std::string& at) {
-  if (at.empty()) return std::nullopt;
-  std::vector<double> values;
-  for (std::size_t from = 0; from <= at.size();) {
-    const std::size_t to = std::min(at.find(',', from), at.size());
-    values.push_back(ParseNumber(at.substr(from, to - from)).value_or(NAN));
-    from = to + 1;
-  }
-  constexpr double kFarthest_m = 1e5, kMostTurn_deg = 360;
-  if (values.size() == 3 && std::abs(values[0]) <= kFarthest_m &&
-      std::abs(values[1]) <= kFarthest_m && std::abs(values[2]) <= kMostTurn_deg) {
-    return RoughStart{{values[0], values[1], 0}, values[2] * kPlanDegree_rad};
-  }
-  throw ConfigError(fmt::format(
-      "--plan-at: found '{}', expected X,Y,YAW_DEG: three numbers, metres of at most {:.0f} and "
-      "degrees of at most {:.0f}",
-      at, kFarthest_m, kMostTurn_deg));
-}
 
 template <typename Row>
 int Count(const std::vector<Row>& rows, PlanStatus status) {
@@ -61,7 +40,7 @@ void LogComparison(const PlanComparison& comparison) {
   spdlog::info(
       "{}: the map's origin is at {:.3f}, {:.3f} m, turned by {:.2f} degrees, known to {:.1f} mm; "
       "{:.0f} m of walls agree, {:.0f} m do not; the next best place fits {:.0f} % as well",
-      comparison.plan, p.x(), p.y(), ComputeYaw(comparison.T_plan_world) / kPlanDegree_rad,
+      comparison.plan, p.x(), p.y(), ComputeYaw(comparison.T_plan_world) / kDegree,
       1e3 * comparison.sigma_m, comparison.agreeing_m, comparison.differing_m,
       100 * comparison.rival_share);
   spdlog::info("{}: walls: {}; openings: {}", comparison.plan, InWords(comparison.walls),
@@ -94,8 +73,8 @@ CLI::Option* AddPlanOptions(CLI::App& command, PlanArguments* arguments) {
   return plan;
 }
 
-PlanStage::PlanStage(const PlanArguments& arguments) : arguments_(arguments) {
-  ParsePlanStart(arguments.at);
+PlanStage::PlanStage(const PlanArguments& arguments)
+    : arguments_(arguments), start_(ParseStart("--plan-at", 2, arguments.at)) {
   if (!arguments.plan.empty()) plans_ = ReadPlans(arguments.plan, arguments.pixel_m);
 }
 
@@ -103,7 +82,7 @@ void PlanStage::Compare(const Progress& progress, MapResult* map) {
   map->plan.reset();
   if (plans_.empty()) return;
   try {
-    map->plan = RegisterToPlan(*map, plans_, ParsePlanStart(arguments_.at), progress);
+    map->plan = RegisterToPlan(*map, plans_, start_, progress);
     map->plan->plan = arguments_.plan;
     LogComparison(*map->plan);
   } catch (const StoppedError&) {

@@ -35,6 +35,7 @@ class PlanStage {
 
  private:
   const PlanArguments arguments_;
+  const std::optional<RoughStart> start_;
   std::vector<BuildingPlan> plans_;
   std::string fault_;
 };

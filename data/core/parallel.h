@@ -9,6 +9,7 @@
 #include <exception>
 #include <functional>
 #include <future>
+#include <map>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <thread>
@@ -92,6 +93,34 @@ class ReadAhead {
   const size_t ahead_;
   size_t begun_ = 0;
   std::deque<std::future<Item>> coming_;
+};
+
+// Items around a place that moves on, such as the images of views around one of them.
+template <typename Item>
+class SlidingWindow {
+ public:
+  // Of items make(0) to make(count - 1), as of ReadAhead; `reach` to either side are kept.
+  SlidingWindow(size_t count, std::function<Item(size_t)> make, int reach)
+      : reach_(reach), coming_(count, std::move(make)) {}
+
+  // Makes what is needed around an item and forgets the rest; from the first item on, forward.
+  void MoveTo(int item) {
+    std::erase_if(kept_, [&](const auto& entry) { return entry.first < item - reach_; });
+    while (next_ <= item + reach_ && !coming_.is_done()) {
+      Item made = coming_.Next();
+      if (next_ >= item - reach_) kept_.emplace(next_, std::move(made));
+      ++next_;
+    }
+  }
+
+  const Item& at(int item) const { return kept_.at(item); }
+  const std::map<int, Item>& kept() const { return kept_; }
+
+ private:
+  const int reach_;
+  int next_ = 0;
+  ReadAhead<Item> coming_;
+  std::map<int, Item> kept_;
 };
 
 }  // namespace slcmap::data

@@ -93,7 +93,8 @@ LineFinder::LineFinder(const Views& views, const ViewImages& images,
       axes_(axes),
       options_(options),
       cameras_(views, images.rig()),
-      window_(images, views.size(), kMinGradient, MakeDetectorOptions(options), kReach) {}
+      window_(MakeEdgeViews(images, views.size(), kMinGradient, MakeDetectorOptions(options),
+                            kReach)) {}
 
 std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
                                           const Progress& progress) {

@@ -48,7 +48,7 @@ class LineFinder {
   const std::vector<BuildingAxis>& axes_;
   const MapLineOptions& options_;
   const ViewCameras cameras_;
-  ViewWindow window_;
+  EdgeViews window_;
   std::vector<TrackedLine> lines_;
 };
 

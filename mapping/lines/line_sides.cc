@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 
 #include "data/core/parallel.h"
+#include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap::inline mapping {
@@ -49,12 +49,9 @@ struct Other {
 
 // Grey value at a place; less than 0 outside.
 float SampleAt(const cv::Mat& image, float x, float y) {
-  const int column = static_cast<int>(x), row = static_cast<int>(y);
-  if (!(x >= 0 && y >= 0) || column + 1 >= image.cols || row + 1 >= image.rows) return -1;
-  const float u = x - static_cast<float>(column), v = y - static_cast<float>(row);
-  const uchar* above = image.ptr(row) + column;
-  const uchar* below = image.ptr(row + 1) + column;
-  return (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
+  if (!(x >= 0 && y >= 0)) return -1;
+  if (static_cast<int>(x) + 1 >= image.cols || static_cast<int>(y) + 1 >= image.rows) return -1;
+  return SampleBetween(image, x, y);
 }
 
 // The piece in the frame of the reference's left camera.
@@ -120,11 +117,9 @@ std::array<PlaneVector, kSurfaces> MakePlanes(const Piece& piece, double side, d
 // Log-likelihood of what another image shows where a plane has the samples of a band, against that
 // they have nothing in common.
 double CompareBand(const Band& band, const PlaneVector& plane, const Other& other,
-                   const Camera& camera) {
+                   const Eigen::Matrix3d& K) {
   const Eigen::Matrix3d H = other.T_other_reference.rotation.toRotationMatrix() +
                             other.T_other_reference.translation * plane.transpose();
-  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
-  K(0, 0) = camera.fx_px, K(1, 1) = camera.fy_px, K(0, 2) = camera.cx_px, K(1, 2) = camera.cy_px;
   const Eigen::Matrix3f KH = (K * H).cast<float>();
   const Eigen::Vector3f normal = plane.cast<float>();
   float sum = 0, squares = 0, common = 0;
@@ -150,9 +145,11 @@ using Likelihoods = std::array<double, kSurfaces>;  // logarithms
 
 Likelihoods CompareSide(const Band& band, const std::array<PlaneVector, kSurfaces>& planes,
                         const std::vector<Other>& others, const Camera& camera) {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K(0, 0) = camera.fx_px, K(1, 1) = camera.fy_px, K(0, 2) = camera.cx_px, K(1, 2) = camera.cy_px;
   Likelihoods all{};
   for (int i = 0; i < kSurfaces; ++i) {
-    for (const Other& other : others) all[i] += CompareBand(band, planes[i], other, camera);
+    for (const Other& other : others) all[i] += CompareBand(band, planes[i], other, K);
   }
   return all;
 }
@@ -241,35 +238,16 @@ std::vector<int> ChooseReferences(const TrackedLine& line, const Interval& piece
   return chosen;
 }
 
-class ImagesAroundView {
- public:
-  ImagesAroundView(const ViewImages& images, size_t count) : images_(images), count_(count) {}
-
-  void MoveTo(int view) {
-    std::erase_if(kept_, [&](const auto& entry) { return entry.first < view - kReach; });
-    const int last = std::min(static_cast<int>(count_) - 1, view + kReach);
-    std::vector<int> missing;
-    for (int i = std::max(0, view - kReach); i <= last; ++i) {
-      if (!kept_.contains(i)) missing.push_back(i);
-    }
-    std::vector<StereoImage> read(missing.size());
-    ParallelFor(missing.size(), [&](size_t i) { read[i] = images_.Read(missing[i]); });
-    for (size_t i = 0; i < missing.size(); ++i) kept_[missing[i]] = std::move(read[i]);
-  }
-
-  const std::map<int, StereoImage>& kept() const { return kept_; }
-
- private:
-  const ViewImages& images_;
-  const size_t count_;
-  std::map<int, StereoImage> kept_;
-};
-
 class SideComparer {
  public:
   SideComparer(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
                const ViewCameras& cameras)
-      : views_(views), depths_(depths), cameras_(cameras), images_(images, views.size()) {}
+      : views_(views),
+        depths_(depths),
+        cameras_(cameras),
+        images_(
+            views.size(), [&images](size_t view) { return images.Read(static_cast<int>(view)); },
+            kReach) {}
 
   void MoveTo(int view) { images_.MoveTo(view); }
 
@@ -279,7 +257,7 @@ class SideComparer {
       return T_camera_world * (line.line.point_world + along_m * line.line.direction_world);
     };
     const Piece piece{at(task.from_m), at(task.to_m)};
-    const cv::Mat& image = images_.kept().at(view).left;
+    const cv::Mat& image = images_.at(view).left;
     if (image.empty() || piece.start.z() < 0.2 || piece.end.z() < 0.2) return {};
     const auto left = MakeBand(piece, -1, image, cameras_.cameras[0]);
     const auto right = MakeBand(piece, 1, image, cameras_.cameras[0]);
@@ -349,7 +327,7 @@ class SideComparer {
   const Views& views_;
   const VisibilityDepths& depths_;
   const ViewCameras& cameras_;
-  ImagesAroundView images_;
+  SlidingWindow<StereoImage> images_;
 };
 
 void Add(const SideVotes& votes, SideVotes* sum) {

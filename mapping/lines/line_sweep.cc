@@ -302,23 +302,19 @@ EdgeView ReadEdges(const ViewImages& images, size_t view, double min_gradient,
 
 }  // namespace
 
-ViewWindow::ViewWindow(const ViewImages& images, size_t views, double min_gradient,
-                       const LineDetectorOptions& detector, int reach)
-    : reach_(reach), coming_(views, [&images, min_gradient, detector](size_t view) {
-        return ReadEdges(images, view, min_gradient, detector);
-      }) {}
-
-void ViewWindow::MoveTo(int view) {
-  std::erase_if(kept_, [&](const auto& entry) { return entry.first < view - reach_; });
-  int next = kept_.empty() ? 0 : last() + 1;
-  for (; next <= view + reach_ && !coming_.is_done(); ++next) kept_[next] = coming_.Next();
+EdgeViews MakeEdgeViews(const ViewImages& images, size_t views, double min_gradient,
+                        const LineDetectorOptions& detector, int reach) {
+  const auto read = [&images, min_gradient, detector](size_t view) {
+    return ReadEdges(images, view, min_gradient, detector);
+  };
+  return EdgeViews(views, read, reach);
 }
 
-std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
+std::vector<SweepImage> ImagesAround(const EdgeViews& window, int view, const Views& all,
                                      const ViewCameras& cameras) {
   // By how far the baseline is from those taken already, relative to it.
   std::vector<std::pair<double, int>> others;  // baseline and view
-  for (int other = window.first(); other <= window.last(); ++other) {
+  for (const auto& [other, edge_view] : window.kept()) {
     if (other == view || all[other].segment != all[view].segment) continue;
     const double baseline_m = (cameras.Centre(other) - cameras.Centre(view)).norm();
     const double turn_rad = cameras.T_camera_world[other][0].rotation.angularDistance(

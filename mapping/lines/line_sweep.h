@@ -2,7 +2,6 @@
 // are needed.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <vector>
 
@@ -51,28 +50,15 @@ struct EdgeView {
   const cv::Mat& image(int camera) const { return camera == 0 ? images.left : images.right; }
 };
 
-class ViewWindow {
- public:
-  // Views to either side that are kept. `images` must outlive the window.
-  ViewWindow(const ViewImages& images, size_t views, double min_gradient,
-             const LineDetectorOptions& detector, int reach);
+using EdgeViews = SlidingWindow<EdgeView>;
 
-  // Reads what is needed around a view and forgets the rest; from the first view on, one by one.
-  void MoveTo(int view);
-
-  const EdgeView& at(int view) const { return kept_.at(view); }
-  int first() const { return kept_.begin()->first; }
-  int last() const { return kept_.rbegin()->first; }
-
- private:
-  const int reach_;
-  ReadAhead<EdgeView> coming_;
-  std::map<int, EdgeView> kept_;
-};
+// Of all views, with up to `reach` to either side; `images` must outlive it.
+EdgeViews MakeEdgeViews(const ViewImages& images, size_t views, double min_gradient,
+                        const LineDetectorOptions& detector, int reach);
 
 // The images that a segment of a view is looked for in: its own right one, and both of up to
 // seven others, those with different baselines first.
-std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
+std::vector<SweepImage> ImagesAround(const EdgeViews& window, int view, const Views& all,
                                      const ViewCameras& cameras);
 
 }  // namespace slcmap::mapping

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "mapping/plan/plan_deviations.h"
 #include "mapping/plan/plan_files.h"
@@ -11,8 +10,6 @@ namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 // At the height of people: doors and desks, no ceilings.
 constexpr double kLow_m = 0.3, kHigh_m = 1.8;
@@ -68,7 +65,7 @@ class HeightCells {
 
 std::string InWords(const PlanPose& pose) {
   return fmt::format("{:.2f}, {:.2f} m turned by {:.1f} degrees", pose.shift.x(), pose.shift.y(),
-                     pose.yaw_rad / kDegree_rad);
+                     pose.yaw_rad / kDegree);
 }
 
 // That many metres of walls at least, of a plan of thousands: less fits in many places by chance.
@@ -93,10 +90,13 @@ PlacedStorey PlaceBest(const MapResult& map, const std::vector<BuildingPlan>& pl
     const BuiltStorey built = MakeBuiltStorey(map, storey);
     for (const BuildingPlan& plan : plans) {
       PlacedStorey placed{
-          built, &plan,
+          {},
+          &plan,
           FindPlacement(built, plan, start, progress.Part(done / count, (done + 1) / count))};
       ++done;
-      if (best.plan == nullptr || placed.Score() > best.Score()) best = std::move(placed);
+      if (best.plan != nullptr && placed.Score() <= best.Score()) continue;
+      best = std::move(placed);
+      best.built = built;
     }
   }
   return best;

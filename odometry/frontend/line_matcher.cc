@@ -82,13 +82,8 @@ constexpr int kRows = 12;
 using Strip = Eigen::Matrix<float, kWidth, kRows>;
 
 float SampleStrip(const cv::Mat& image, float x, float y) {
-  x = std::clamp(x, 0.f, static_cast<float>(image.cols) - 1.01f);
-  y = std::clamp(y, 0.f, static_cast<float>(image.rows) - 1.01f);
-  const int u = static_cast<int>(x), v = static_cast<int>(y);
-  const float a = x - static_cast<float>(u), b = y - static_cast<float>(v);
-  const uchar* top = image.ptr<uchar>(v) + u;
-  const uchar* bottom = image.ptr<uchar>(v + 1) + u;
-  return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
+  return SampleBetween(image, std::clamp(x, 0.f, static_cast<float>(image.cols) - 1.01f),
+                       std::clamp(y, 0.f, static_cast<float>(image.rows) - 1.01f));
 }
 
 // Calls take(i, r, value) for each sample i of each row r.

@@ -36,6 +36,16 @@ double Overlap_px(const LineSegment& a, const LineSegment& b);
 // (over its nearer end where no part does).
 double LargestDistance_px(const LineSegment& a, const LineSegment& b);
 
+// The grey value between four pixels; x and y are at least 0, and 1 less than the last ones at
+// most.
+inline float SampleBetween(const cv::Mat& image, float x, float y) {
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  const float u = x - static_cast<float>(column), v = y - static_cast<float>(row);
+  const uchar* above = image.ptr(row) + column;
+  const uchar* below = image.ptr(row + 1) + column;
+  return (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
+}
+
 // How far light that fades on one side of an edge moves the place where brightness rises most.
 
 // Brightness across an edge at places from -kEdgeReach to kEdgeReach pixels from it, in grey

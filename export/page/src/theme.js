@@ -8,7 +8,7 @@ export const AXES = [
   'Other direction',
   'Sloped',
 ];
-export const KINDS = ['Unknown', 'Edge', 'Outline', 'Mark', 'Pipe'];
+export const KINDS = ['Unknown', 'Edge', 'Edge', 'Mark', 'Pipe'];
 export const AGES = ['Older', 'Seen last'];
 export const OPENINGS = { door: 'Door', window: 'Window', passage: 'Passage' };
 
