@@ -2,10 +2,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "data/core/progress.h"
+#include "mapping/align/align_maps.h"
 #include "mapping/map/map.h"
 #include "mapping/plan/building_plan.h"
 
@@ -35,7 +37,7 @@ class PlanStage {
 
  private:
   const PlanArguments arguments_;
-  const std::optional<RoughStart> start_;
+  const std::optional<RoughStart> start_;  // of --plan-at
   std::vector<BuildingPlan> plans_;
   std::string fault_;
 };
