@@ -23,6 +23,9 @@ struct BagTopic {
   BagEncoding encoding = BagEncoding::kOther;
   std::string encoding_name;  // as the bag has it, for messages
   int64_t messages = -1;      // as the bag's index has it; -1 where it has none
+  // The type's definition, as the bag has it. Bags that are written take that of a known type where
+  // this is empty.
+  std::string definition = {};
 };
 
 // Where a message lies: what the numbers mean is the container's affair.
@@ -76,12 +79,15 @@ class BagWriter {
   virtual void Close() = 0;  // writes the indexes; throws OutputError
 };
 
-// How a bag is packed: "none", "lz4", "bz2", "zstd"; and MCAP's "unchunked".
+// How a bag is packed.
 struct BagPacking {
-  std::string form = "mcap";  // "bag", "db3" or "mcap"
+  std::string form = "mcap";  // "bag", "db3" (a folder) or "mcap"
+  // bag: "none", "lz4", "bz2"; db3: "none", "zstd" (each message), "zstd_file" (the whole file);
+  // mcap: "none", "lz4", "zstd", "unchunked".
   std::string compression = "none";
 };
 
+// Throws ConfigError for a packing that is none of these, OutputError where nothing can be written.
 std::unique_ptr<BagWriter> CreateBag(const std::string& path, const BagPacking& packing);
 
 }  // namespace slcmap::data
