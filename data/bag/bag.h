@@ -23,8 +23,8 @@ struct BagTopic {
   BagEncoding encoding = BagEncoding::kOther;
   std::string encoding_name;  // as the bag has it, for messages
   int64_t messages = -1;      // as the bag's index has it; -1 where it has none
-  // The type's definition, as the bag has it. Bags that are written take that of a known type where
-  // this is empty.
+  // The type's definition, as the bag has it. Of types that messages.h knows bags that are written
+  // take that from there.
   std::string definition = {};
 };
 
@@ -35,7 +35,7 @@ struct BagPlace {
   uint64_t block = 0;       // file offset, chunk or row
   uint32_t file = 0;        // of several that make a bag
   uint32_t offset = 0;      // in an unpacked chunk
-  uint32_t size = 0;        // bytes of the message
+  uint32_t size = 0;        // bytes of the message, packed where each is packed by itself
 };
 
 using BagBytes = std::span<const std::byte>;

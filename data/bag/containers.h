@@ -21,10 +21,17 @@ std::unique_ptr<Bag> OpenRos1Bag(const std::string& path);
 std::unique_ptr<Bag> OpenMcap(const std::string& path);
 std::unique_ptr<Bag> OpenDb3(const std::string& path);
 
+// Bytes in a chunk that is written, as rosbag has it.
+inline constexpr size_t kChunkSize = 768 * 1024;
+
 // `compression` as BagPacking has it.
 std::unique_ptr<BagWriter> CreateRos1Bag(const std::string& path, const std::string& compression);
 std::unique_ptr<BagWriter> CreateMcap(const std::string& path, const std::string& compression);
 std::unique_ptr<BagWriter> CreateDb3(const std::string& path, const std::string& compression);
+
+// Throws ConfigError, which lists what is known.
+void RequirePacking(const std::string& path, const std::string& compression,
+                    const std::vector<std::string>& known);
 
 // "sensor_msgs/msg/Image" is ROS 2's name of "sensor_msgs/Image".
 std::string Ros2TypeName(const std::string& type);

@@ -1,21 +1,13 @@
 #include <spdlog/fmt/fmt.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <map>
 
 #include "data/bag/containers.h"
+#include "data/bag/sqlite.h"
 
 namespace slcmap::inline data {
 namespace {
-
-struct CloseSqlite {
-  void operator()(sqlite3* db) const { sqlite3_close_v2(db); }
-  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
-  void operator()(sqlite3_blob* blob) const { sqlite3_blob_close(blob); }
-};
-template <typename T>
-using SqliteHandle = std::unique_ptr<T, CloseSqlite>;
 
 std::string ColumnText(sqlite3_stmt* statement, int column) {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement, column));

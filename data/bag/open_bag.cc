@@ -87,6 +87,21 @@ class FilesBag : public Bag {
     }
   }
 
+  // The same of one of several files: the others may be whole.
+  void TryAddFile(const fs::path& file) {
+    try {
+      AddFile(file);
+    } catch (const InputFault& fault) {
+      losses_.Add(kBagMissing, fault.what());
+      fault_ = fault;
+    }
+  }
+
+  // Throws where no file could be opened.
+  void RequireOne() const {
+    if (parts_.empty() && fault_) throw *fault_;
+  }
+
   void Miss(const fs::path& file) {
     losses_.Add(kBagMissing, file.string() + ": is not there, or no bag");
   }
@@ -146,7 +161,7 @@ class FilesBag : public Bag {
   }
 
   void Adopt(std::unique_ptr<Bag> bag) {
-    Part part{std::move(bag)};
+    Part part{std::move(bag), {}};
     for (const BagTopic& topic : part.bag->topics()) {
       auto known = std::ranges::find_if(topics_, [&](const BagTopic& other) {
         return other.name == topic.name && other.type == topic.type &&
@@ -169,6 +184,7 @@ class FilesBag : public Bag {
   std::vector<Part> parts_;
   std::vector<BagTopic> topics_;
   BagLosses losses_;
+  std::optional<InputFault> fault_;  // of the file that could not be opened last
 };
 
 // "walk_2024-05-01-10-00-00_3.bag" is number 3 of "walk": each file of a split bag may have the
@@ -242,11 +258,12 @@ std::unique_ptr<Bag> OpenFolder(const std::string& path) {
       const fs::path packed = file.string() + ".zstd";
       const bool there = KindByContent(file) != BagKind::kNone;
       if (there || KindByContent(packed) != BagKind::kNone) {
-        bag->AddFile(there ? file : packed);
+        bag->TryAddFile(there ? file : packed);
       } else {
         bag->Miss(file);
       }
     }
+    bag->RequireOne();
     if (!bag->empty()) {
       bag->Expect(metadata->messages);
       return bag;
@@ -263,7 +280,8 @@ std::unique_ptr<Bag> OpenFolder(const std::string& path) {
         fmt::format("{}: found {}, expected one bag", path, bags.empty() ? "no bag" : names),
         bags.empty() ? "name the folder that the recorder made" : "name one of the files");
   }
-  for (const fs::path& file : bags.begin()->second) bag->AddFile(file);
+  for (const fs::path& file : bags.begin()->second) bag->TryAddFile(file);
+  bag->RequireOne();
   return bag;
 }
 

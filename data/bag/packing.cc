@@ -102,6 +102,7 @@ std::string PackBz2(std::string_view bytes) {
   return packed;
 }
 
+constexpr int kZstdLevel = 1;               // as rosbag2's quick profile
 constexpr uint64_t kMostMessage = 1 << 30;  // bytes; no camera writes as much at once
 
 }  // namespace
@@ -124,7 +125,7 @@ std::string Pack(const std::string& compression, std::string_view bytes) {
       '\0');
   const size_t size =
       lz4 ? LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr)
-          : ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), 1);
+          : ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
   if (lz4 ? LZ4F_isError(size) : ZSTD_isError(size)) {
     throw OutputError(fmt::format("bytes cannot be packed with {}", compression));
   }
@@ -143,6 +144,30 @@ std::vector<std::byte> UnpackZstdMessage(BagBytes packed) {
     throw DataError("found a damaged zstd frame");
   }
   return std::move(unpacked.bytes);
+}
+
+void PackZstdFile(const PlacedFile& file, const std::string& packed) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                     &ZSTD_freeCCtx);
+  ZSTD_CCtx_setPledgedSrcSize(context.get(), file.size());  // rosbag2 asks for it
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kZstdLevel);
+  std::vector<std::byte> in(ZSTD_CStreamInSize()), out(ZSTD_CStreamOutSize());
+  FileWriter writer(packed);
+  size_t left = 1;
+  for (uint64_t at = 0; left > 0;) {
+    ZSTD_inBuffer input{in.data(), file.ReadInto(at, in), 0};
+    at += input.size;
+    const bool last = at >= file.size();
+    do {
+      ZSTD_outBuffer output{out.data(), out.size(), 0};
+      left =
+          ZSTD_compressStream2(context.get(), &output, &input, last ? ZSTD_e_end : ZSTD_e_continue);
+      if (ZSTD_isError(left)) throw OutputError(packed + ": " + ZSTD_getErrorName(left));
+      writer.Add(AsText(BagBytes(out).first(output.pos)));
+    } while (last ? left > 0 : input.pos < input.size);
+    if (!last) left = 1;
+  }
+  writer.Close();
 }
 
 bool UnpackZstdFile(const PlacedFile& packed, const std::string& path) {

@@ -21,6 +21,12 @@ void FileWriter::Add(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) Fail("written");
 }
 
+void FileWriter::Overwrite(int64_t at, std::string_view bytes) {
+  if (fseeko(file_.get(), at, SEEK_SET) != 0) Fail("written");
+  Add(bytes);
+  if (fseeko(file_.get(), 0, SEEK_END) != 0) Fail("written");
+}
+
 void FileWriter::Close() {
   if (std::fclose(file_.release()) != 0) Fail("written");
 }

@@ -2,6 +2,7 @@
 // and text as it stands in XML and HTML.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -24,6 +25,9 @@ class FileWriter {
 
   // Throws OutputError when the bytes cannot be written whole, as on a full disk.
   void Add(std::string_view bytes);
+
+  // Writes over bytes that were added, such as a header that says where the rest is.
+  void Overwrite(int64_t at, std::string_view bytes);
 
   // To be called at the end: what is still buffered is written, and a full disk may first show
   // here. Throws OutputError then.
