@@ -20,13 +20,18 @@ void ChunkedBag::Visit(const std::vector<uint32_t>& topics, size_t head, const V
 void ChunkedBag::WalkFile(Walk* walk) {
   PlacedBytes bytes(file_);
   stop_ = false;
-  for (uint64_t at = first_record(); !stop_ && at < file_.size();) {
+  uint64_t at = first_record();
+  const auto next_chunk = [&](uint64_t from) {
+    const auto next = known_chunks_.lower_bound(from);
+    return next == known_chunks_.end() ? file_.size() : next->first;
+  };
+  while (!stop_ && at < file_.size()) {
+    if (chunks_tell_all_) at = next_chunk(at);
+    if (at >= file_.size()) return;
     const uint64_t from = at;
     if (WalkRecord(&bytes, &at, {file_.size()}, walk)) continue;
-    const auto next = known_chunks_.upper_bound(from);
-    const bool last = next == known_chunks_.end();
-    at = last ? file_.size() : next->first;
-    losses_.Add(last ? kBagCutOff : kBagDamaged,
+    at = next_chunk(from + 1);
+    losses_.Add(at == file_.size() ? kBagCutOff : kBagDamaged,
                 fmt::format("{}: bytes {} to {}", path(), from, at));
   }
 }

@@ -108,6 +108,7 @@ class ChunkedBag : public Bag {
   std::string form_;
   std::vector<BagTopic> topics_;
   std::map<uint64_t, std::vector<uint32_t>> known_chunks_;  // with the topics in each
+  bool chunks_tell_all_ = false;                            // no messages lie outside of these
   BagLosses losses_;
   bool stop_ = false;  // the visitor has had enough, or no records are to come
 

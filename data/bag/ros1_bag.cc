@@ -98,7 +98,8 @@ class Ros1Bag : public ChunkedBag {
           "decrypt it with 'rosbag decrypt' where its key is");
     }
     first_record_ = header.next();
-    if (ReadIndex(header)) return;
+    chunks_tell_all_ = ReadIndex(header);
+    if (chunks_tell_all_) return;
     Forget();
     Scan();
     SayUnfinished();
