@@ -1,0 +1,194 @@
+#include "data/bag/bag.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include "tests/data/bag/made_bag.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::BagCase;
+using testing::BagMessage;
+using testing::MessageOf;
+using testing::TempFolder;
+
+constexpr int kPairs = 30;
+
+class BagForms : public ::testing::TestWithParam<BagCase> {};
+
+TEST_P(BagForms, MessagesComeBackInTheirOrder) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 200);
+  const std::string path = testing::MakeBag(folder, GetParam(), written);
+  EXPECT_TRUE(IsBag(path));
+  const auto bag = OpenBag(path);
+  EXPECT_EQ(bag->path(), path);
+  ASSERT_EQ(bag->topics().size(), 5u);
+  for (const BagTopic& topic : bag->topics()) {
+    EXPECT_EQ(topic.encoding, GetParam().encoding);
+    EXPECT_EQ(topic.messages, std::ranges::count(written, topic.name, &BagMessage::topic));
+    EXPECT_EQ(topic.type == "sensor_msgs/Imu", topic.name == "/imu0");
+  }
+  EXPECT_EQ(testing::ReadMessages(bag.get()), written);
+  EXPECT_TRUE(bag->warnings().entries().empty());
+}
+
+TEST_P(BagForms, HeadsOfChosenTopicsThenWholeMessagesByPlace) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 200);
+  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
+  const auto& topics = bag->topics();
+  const auto right = std::ranges::find(topics, "/cam1/image_raw", &BagTopic::name);
+  std::vector<BagMessage> images;
+  std::ranges::copy_if(written, std::back_inserter(images),
+                       [](const BagMessage& m) { return m.topic == "/cam1/image_raw"; });
+  std::vector<BagPlace> places;
+  bag->Visit(
+      {static_cast<uint32_t>(right - topics.begin())}, 100,
+      [&](const BagPlace& place, BagBytes bytes) {
+        EXPECT_GE(bytes.size(), 100u);
+        EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), images.at(places.size()).bytes.begin()));
+        places.push_back(place);
+        return true;
+      });
+  ASSERT_EQ(places.size(), images.size());
+  const auto read = [&](size_t first) {
+    for (size_t i = first; i < places.size(); i += 2) {
+      EXPECT_EQ(bag->Read(places[i]), images[i].bytes);
+    }
+  };
+  std::thread other(read, 1);
+  read(0);
+  other.join();
+}
+
+TEST_P(BagForms, AVisitorMayHaveEnough) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 64);
+  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
+  for (int time = 0; time < 2; ++time) {
+    int seen = 0;
+    bag->Visit(testing::AllTopics(*bag), 0, [&](const BagPlace&, BagBytes) { return ++seen < 7; });
+    EXPECT_EQ(seen, 7);
+  }
+}
+
+TEST_P(BagForms, WithoutMessages) {
+  const TempFolder folder;
+  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), {}));
+  EXPECT_TRUE(testing::ReadMessages(bag.get()).empty());
+  EXPECT_TRUE(bag->warnings().entries().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BagForms, ::testing::ValuesIn(testing::kBagCases),
+                         [](const auto& how) {
+                           return std::string(how.param.form) + "_" + how.param.compression;
+                         });
+
+TEST(Bag, FilesOfASplitBagAreOne) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(BagEncoding::kRos1, 6, 64);
+  const auto topics = testing::MadeTopics(BagEncoding::kRos1);
+  const size_t half = written.size() / 2;
+  const auto write = [&](const char* name, size_t from, size_t to) {
+    const std::vector<BagMessage> part(written.begin() + static_cast<std::ptrdiff_t>(from),
+                                       written.begin() + static_cast<std::ptrdiff_t>(to));
+    testing::WriteBag(CreateBag(folder.Path(name), {"bag", "lz4"}).get(), topics, part);
+  };
+  write("walk_2024-05-01-10-00-00_9.bag", 0, half);
+  write("walk_2024-05-01-10-05-00_10.bag", half, written.size());
+  EXPECT_TRUE(IsBag(folder.Path()));
+  EXPECT_EQ(testing::ReadMessages(OpenBag(folder.Path()).get()), written);
+
+  write("other.bag", 0, half);
+  const std::string error = MessageOf<InputFault>([&] { OpenBag(folder.Path()); });
+  EXPECT_NE(error.find("other.bag, walk_2024"), std::string::npos) << error;
+}
+
+TEST(Bag, ADatabaseNeedsNoMetadata) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(BagEncoding::kCdr, 6, 64);
+  const BagCase how{"db3", "none", BagEncoding::kCdr};
+  const std::string path = testing::MakeBag(folder, how, written);
+  EXPECT_EQ(testing::ReadMessages(OpenBag(testing::BagFile(path, how)).get()), written);
+  fs::remove(path + "/metadata.yaml");
+  EXPECT_TRUE(IsBag(path));
+  EXPECT_EQ(testing::ReadMessages(OpenBag(path).get()), written);
+}
+
+TEST(Bag, MetadataThatCountsMoreIsSaid) {
+  const TempFolder folder;
+  const std::string path = testing::MakeBag(folder, {"db3", "none", BagEncoding::kCdr},
+                                            testing::MadeMessages(BagEncoding::kCdr, 1, 64));
+  std::string metadata = testing::ReadText(path + "/metadata.yaml");
+  metadata.replace(metadata.find("message_count: 14"), 17, "message_count: 99");
+  folder.Write("walk/metadata.yaml", metadata);
+  const Warnings warnings = OpenBag(path)->warnings();
+  EXPECT_EQ(warnings.Count("bags_with_messages_missing"), 1);
+  folder.Write("walk/metadata.yaml", metadata + "    - walk_1.db3\n");
+}
+
+TEST(Bag, AnMcapFileMayBePackedAsAWhole) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(BagEncoding::kCdr, 3, 64);
+  const std::string path =
+      testing::MakeBag(folder, {"db3", "zstd_file", BagEncoding::kCdr}, written);
+  EXPECT_TRUE(fs::exists(path + "/walk_0.db3.zstd"));
+  EXPECT_FALSE(fs::exists(path + "/walk_0.db3"));
+  EXPECT_EQ(testing::ReadMessages(OpenBag(path + "/walk_0.db3.zstd").get()), written);
+}
+
+TEST(Bag, EncryptedBagsAndOthersAreRefusedByName) {
+  const TempFolder folder;
+  const std::string path = testing::MakeBag(folder, {"bag", "none", BagEncoding::kRos1},
+                                            testing::MadeMessages(BagEncoding::kRos1, 1, 64));
+  std::string bytes = testing::ReadText(path);
+  // The field behind the header's own, as much shorter as its filling is.
+  const std::string field = "encryptor=rosbag/AesCbcEncryptor";
+  std::string header = bytes.substr(17, 69);
+  header += std::string{static_cast<char>(field.size()), 0, 0, 0} + field;
+  const auto size = static_cast<char>(header.size());
+  const std::string rest(4096 - 8 - header.size(), ' ');
+  std::string record = std::string{size, 0, 0, 0} + header;
+  record +=
+      std::string{static_cast<char>(rest.size() & 255), static_cast<char>(rest.size() >> 8), 0, 0} +
+      rest;
+  bytes.replace(13, 4096, record);
+  const std::string encrypted = folder.Write("encrypted.bag", bytes);
+  const auto open = [](const std::string& file) {
+    return MessageOf<InputFault>([&] { OpenBag(file); });
+  };
+  EXPECT_NE(open(encrypted).find("AesCbcEncryptor"), std::string::npos) << open(encrypted);
+  EXPECT_NE(open(folder.Write("old.bag", "#ROSBAG V1.2\n")).find("V1.2"), std::string::npos);
+  EXPECT_NE(open(folder.Write("no.bag", "no bag at all")).find("is no bag"), std::string::npos);
+  EXPECT_NE(open(folder.Write("no.db3", "SQLite format 3")).find("SQLite says"), std::string::npos);
+  EXPECT_FALSE(IsBag(folder.Path("no.bag")));
+  EXPECT_THROW(CreateBag(folder.Path("x.bag"), {"bag", "zstd"}), ConfigError);
+  EXPECT_THROW(CreateBag(folder.Path("x.bag"), {"tar", "none"}), ConfigError);
+}
+
+TEST(Bag, AWrongChecksumIsSaidAndTheOtherChunksRead) {
+  const auto written = testing::MadeMessages(BagEncoding::kCdr, kPairs, 200);
+  for (const char* compression : {"none", "zstd"}) {
+    const TempFolder folder;
+    const BagCase how{"mcap", compression, BagEncoding::kCdr};
+    const std::string path = testing::MakeBag(folder, how, written);
+    std::string bytes = testing::ReadText(path);
+    bytes[100'000] = static_cast<char>(bytes[100'000] ^ 1);
+    folder.Write("walk.mcap", bytes);
+    const auto bag = OpenBag(path);
+    const auto read = testing::ReadMessages(bag.get());
+    EXPECT_GT(read.size(), written.size() / 4);
+    EXPECT_LT(read.size(), written.size());
+    EXPECT_EQ(bag->warnings().Count("bag_parts_damaged"), 1);
+    EXPECT_EQ(read.back(), written.back());
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
