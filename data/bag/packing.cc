@@ -102,6 +102,20 @@ std::string PackBz2(std::string_view bytes) {
   return packed;
 }
 
+// In a frame as ROS 1 writes it, the only kind that it reads.
+std::string PackLz4(std::string_view bytes) {
+  LZ4F_preferences_t preferences{};
+  preferences.frameInfo.blockMode = LZ4F_blockIndependent;
+  preferences.frameInfo.blockSizeID = LZ4F_max1MB;
+  preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+  std::string packed(LZ4F_compressFrameBound(bytes.size(), &preferences), '\0');
+  const size_t size =
+      LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), &preferences);
+  if (LZ4F_isError(size)) throw OutputError("bytes cannot be packed with lz4");
+  packed.resize(size);
+  return packed;
+}
+
 constexpr int kZstdLevel = 1;               // as rosbag2's quick profile
 constexpr uint64_t kMostMessage = 1 << 30;  // bytes; no camera writes as much at once
 
@@ -119,16 +133,11 @@ Unpacked Unpack(const std::string& compression, BagBytes packed, uint64_t size) 
 
 std::string Pack(const std::string& compression, std::string_view bytes) {
   if (compression == "bz2") return PackBz2(bytes);
-  const bool lz4 = compression == "lz4";
-  std::string packed(
-      lz4 ? LZ4F_compressFrameBound(bytes.size(), nullptr) : ZSTD_compressBound(bytes.size()),
-      '\0');
+  if (compression == "lz4") return PackLz4(bytes);
+  std::string packed(ZSTD_compressBound(bytes.size()), '\0');
   const size_t size =
-      lz4 ? LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr)
-          : ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
-  if (lz4 ? LZ4F_isError(size) : ZSTD_isError(size)) {
-    throw OutputError(fmt::format("bytes cannot be packed with {}", compression));
-  }
+      ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
+  if (ZSTD_isError(size)) throw OutputError("bytes cannot be packed with zstd");
   packed.resize(size);
   return packed;
 }
