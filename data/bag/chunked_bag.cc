@@ -51,7 +51,8 @@ void ChunkedBag::WalkPackedChunk(uint64_t block, Walk* walk) {
   }
 }
 
-void ChunkedBag::WalkChunk(PlacedBytes* bytes, uint64_t at, const Extent& extent, Walk* walk) {
+void ChunkedBag::WalkChunk(PlacedBytes* bytes, uint64_t at, Extent extent, Walk* walk) {
+  extent.in_chunk = true;
   while (!stop_ && at < extent.end) {
     if (WalkRecord(bytes, &at, extent, walk)) continue;
     if (!extent.block && extent.end == file_.size()) return;  // cut off, as WalkFile says

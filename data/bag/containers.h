@@ -77,6 +77,7 @@ class ChunkedBag : public Bag {
     uint64_t end = 0;
     std::optional<uint64_t> block = {};
     uint64_t base = 0;
+    bool in_chunk = false;  // chunks hold no chunks
   };
 
   explicit ChunkedBag(const std::string& path) : file_(path) {}
@@ -91,7 +92,7 @@ class ChunkedBag : public Bag {
   void WalkFile(Walk* walk);
   // The records of a chunk, unpacked or as they lie in the file.
   void WalkPackedChunk(uint64_t block, Walk* walk);
-  void WalkChunk(PlacedBytes* bytes, uint64_t at, const Extent& extent, Walk* walk);
+  void WalkChunk(PlacedBytes* bytes, uint64_t at, Extent extent, Walk* walk);
   // Finds the topics and counts their messages where there is no index.
   void Scan();
   // Gives a message to the visitor if it is chosen; false where it is cut off.

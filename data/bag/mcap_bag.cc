@@ -65,13 +65,13 @@ class McapBag : public ChunkedBag {
     McapRecord record;
     if (!ReadRecordHead(bytes, *at, extent.end, &record)) return false;
     const bool whole = record.next() <= extent.end;
-    if (record.op == kMcapChunk && !extent.block) {
+    if (record.op == kMcapChunk && !extent.in_chunk) {
       if (!EnterChunk(bytes, *at, record, walk)) return false;
     } else if (record.op == kMcapMessage && whole) {
       if (!GiveMessage(bytes, record, extent, walk)) return false;
     } else if (whole && (record.op == kMcapSchema || record.op == kMcapChannel)) {
       if (!AddTopicRecord(bytes, record)) return false;
-    } else if (record.op == kMcapDataEnd && whole && !extent.block) {
+    } else if (record.op == kMcapDataEnd && whole && !extent.in_chunk) {
       stop_ = ended_ = true;  // what follows repeats and indexes
     }
     if (whole) *at = record.next();

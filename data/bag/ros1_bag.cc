@@ -110,7 +110,7 @@ class Ros1Bag : public ChunkedBag {
     Ros1Record record;
     if (!ReadHeader(bytes, *at, extent.end, &record)) return false;
     const bool whole = record.next() <= extent.end;
-    if (record.op == kRos1Chunk && !extent.block) {
+    if (record.op == kRos1Chunk && !extent.in_chunk) {
       EnterChunk(bytes, *at, record, walk);
     } else if (record.op == kRos1Connection && whole) {
       AddConnection(bytes, &record);
