@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "data/bag/bytes.h"
 #include "tests/data/bag/made_bag.h"
 
 namespace slcmap {
@@ -130,10 +131,9 @@ TEST(Bag, MetadataThatCountsMoreIsSaid) {
   folder.Write("walk/metadata.yaml", metadata);
   const Warnings warnings = OpenBag(path)->warnings();
   EXPECT_EQ(warnings.Count("bags_with_messages_missing"), 1);
-  folder.Write("walk/metadata.yaml", metadata + "    - walk_1.db3\n");
 }
 
-TEST(Bag, AnMcapFileMayBePackedAsAWhole) {
+TEST(Bag, FilesMayBePackedAsAWhole) {
   const TempFolder folder;
   const auto written = testing::MadeMessages(BagEncoding::kCdr, 3, 64);
   const std::string path =
@@ -141,6 +141,12 @@ TEST(Bag, AnMcapFileMayBePackedAsAWhole) {
   EXPECT_TRUE(fs::exists(path + "/walk_0.db3.zstd"));
   EXPECT_FALSE(fs::exists(path + "/walk_0.db3"));
   EXPECT_EQ(testing::ReadMessages(OpenBag(path + "/walk_0.db3.zstd").get()), written);
+  const std::string mcap = testing::MakeBag(folder, {"mcap", "lz4", BagEncoding::kCdr}, written);
+  PackZstdFile(PlacedFile(mcap), mcap + ".zstd");
+  EXPECT_TRUE(IsBag(mcap + ".zstd"));
+  const auto bag = OpenBag(mcap + ".zstd");
+  EXPECT_EQ(testing::ReadMessages(bag.get()), written);
+  EXPECT_EQ(bag->form(), "MCAP, lz4, zstd by file");
 }
 
 TEST(Bag, EncryptedBagsAndOthersAreRefusedByName) {
