@@ -37,6 +37,7 @@ void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
   AddSimulateCommand(app);
   AddCheckCommand(app);
+  AddConvertCommand(app);
   AddOdometryCommand(app);
   AddMapCommand(app);
   AddMergeCommand(app);

@@ -36,7 +36,7 @@ TEST(CommandLine, HelpAndVersionSucceed) {
 
 TEST(CommandLine, UsageErrorsAreTwo) {
   const std::pair<const char*, const char*> kWrong[] = {
-      {"", "found no command, expected one of simulate, check, odometry"},
+      {"", "found no command, expected one of simulate, check, convert, odometry"},
       {"fly", "found command 'fly', expected one of simulate"},
       {"evalaute", "did you mean 'evaluate'?"},
       {"odometry", "odometry: found no sequence, expected one"},

@@ -1,0 +1,370 @@
+#include "data/bag/unpack.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "data/bag/messages.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+
+namespace slcmap::inline data {
+namespace {
+
+constexpr const char* kUnreadable = "messages_that_cannot_be_decoded";
+constexpr const char* kStampTwice = "images_with_a_stamp_twice";
+const std::string kCompressed = "/compressed";
+
+bool IsImage(const BagTopic& topic) {
+  return topic.type == RosImage::kType || topic.type == RosCompressedImage::kType;
+}
+
+bool IsImu(const BagTopic& topic) { return topic.type == RosImu::kType; }
+
+// What is there, as a message lists it.
+std::string ListTopics(const Bag& bag) {
+  std::string text;
+  for (const BagTopic& topic : bag.topics()) {
+    text += fmt::format("{}{} ({}{})", text.empty() ? "" : ", ", topic.name, topic.type,
+                        topic.messages < 0 ? "" : fmt::format(", {}", topic.messages));
+  }
+  return text.empty() ? "no topics" : text;
+}
+
+[[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
+  throw InputFault(
+      "bag_topics",
+      fmt::format("{}: found {}, expected one rig's; there are {}", bag.path(), what,
+                  ListTopics(bag)),
+      "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
+      "camera, gyro=/d,accel=/e for two topics of an IMU");
+}
+
+using IsOfType = bool (*)(const BagTopic&);
+
+std::vector<std::string> FindNames(const Bag& bag, IsOfType is_of_type) {
+  std::vector<std::string> names;
+  for (const BagTopic& topic : bag.topics()) {
+    if (is_of_type(topic) && topic.messages != 0) names.push_back(topic.name);
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  std::erase_if(names, [&](const std::string& name) {
+    return name.ends_with(kCompressed) &&
+           std::ranges::count(names, name.substr(0, name.size() - kCompressed.size())) > 0;
+  });
+  return names;
+}
+
+void RequireTopic(const Bag& bag, const std::string& name, IsOfType is_of_type,
+                  const std::string& type) {
+  if (name.empty()) return;
+  const auto topic = std::ranges::find(bag.topics(), name, &BagTopic::name);
+  if (topic != bag.topics().end() && is_of_type(*topic)) return;
+  throw ConfigError(
+      fmt::format("--topics: found {}, which is {} in {}, expected a topic of {}; there are {}",
+                  name, topic == bag.topics().end() ? "not" : fmt::format("a {}", topic->type),
+                  bag.path(), type, ListTopics(bag)));
+}
+
+// What the topic of the right camera may be called, where that of the left has this name.
+std::vector<std::string> NamesOfRight(const std::string& left) {
+  static constexpr std::array<std::pair<const char*, const char*>, 6> kSides = {
+      {{"left", "right"}, {"Left", "Right"}, {"_l", "_r"}, {"0", "1"}, {"1", "2"}, {"A", "B"}}};
+  std::vector<std::string> names;
+  for (const auto& [of_left, of_right] : kSides) {
+    const std::string word = of_left;
+    for (size_t at = left.find(word); at != std::string::npos; at = left.find(word, at + 1)) {
+      std::string name = left;
+      names.push_back(name.replace(at, word.size(), of_right));
+    }
+  }
+  return names;
+}
+
+void ChooseImages(const Bag& bag, RecordingTopics* topics) {
+  if (!topics->left.empty()) return;
+  const std::vector<std::string> images = FindNames(bag, IsImage);
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const std::string& left : images) {
+    for (const std::string& right : NamesOfRight(left)) {
+      if (std::ranges::count(images, right) > 0) pairs.emplace(left, right);
+    }
+  }
+  if (pairs.size() == 1) {
+    std::tie(topics->left, topics->right) = *pairs.begin();
+  } else if (images.size() == 1) {
+    topics->left = images.front();
+  } else {
+    FailChoice(bag, images.empty() ? "no topic of images"
+                                   : fmt::format("{} topics of images, {} pairs of them",
+                                                 images.size(), pairs.size()));
+  }
+}
+
+void ChooseImu(const Bag& bag, RecordingTopics* topics) {
+  if (!topics->gyro.empty() && !topics->accel.empty()) return;
+  const std::vector<std::string> found = FindNames(bag, IsImu);
+  std::vector<std::string> gyros, accels;
+  for (const std::string& name : found) {
+    if (name.find("gyro") != std::string::npos) gyros.push_back(name);
+    if (name.find("accel") != std::string::npos) accels.push_back(name);
+  }
+  if (found.size() == 1) {
+    topics->gyro = topics->accel = found.front();
+  } else if (gyros.size() == 1 && accels.size() == 1 && found.size() == 2) {
+    topics->gyro = gyros.front();
+    topics->accel = accels.front();
+  } else {
+    FailChoice(bag, fmt::format("{} topics of an IMU", found.size()));
+  }
+}
+
+// Eight bits of grey, or the sixteen that are there.
+std::optional<cv::Mat> GreyFrom(const RosImage& image) {
+  struct Form {
+    int type, conversion;  // -1: grey already
+  };
+  static const std::map<std::string, Form> kForms = {
+      {"mono8", {CV_8UC1, -1}},
+      {"8UC1", {CV_8UC1, -1}},
+      {"mono16", {CV_16UC1, -1}},
+      {"16UC1", {CV_16UC1, -1}},
+      {"bgr8", {CV_8UC3, cv::COLOR_BGR2GRAY}},
+      {"8UC3", {CV_8UC3, cv::COLOR_BGR2GRAY}},
+      {"rgb8", {CV_8UC3, cv::COLOR_RGB2GRAY}},
+      {"bgra8", {CV_8UC4, cv::COLOR_BGRA2GRAY}},
+      {"8UC4", {CV_8UC4, cv::COLOR_BGRA2GRAY}},
+      {"rgba8", {CV_8UC4, cv::COLOR_RGBA2GRAY}},
+      {"yuv422", {CV_8UC2, cv::COLOR_YUV2GRAY_UYVY}},
+      {"yuv422_yuy2", {CV_8UC2, cv::COLOR_YUV2GRAY_YUY2}},
+      // OpenCV names a mosaic by the second row's second and third pixels.
+      {"bayer_rggb8", {CV_8UC1, cv::COLOR_BayerBG2GRAY}},
+      {"bayer_bggr8", {CV_8UC1, cv::COLOR_BayerRG2GRAY}},
+      {"bayer_gbrg8", {CV_8UC1, cv::COLOR_BayerGR2GRAY}},
+      {"bayer_grbg8", {CV_8UC1, cv::COLOR_BayerGB2GRAY}}};
+  const auto form = kForms.find(image.encoding);
+  if (form == kForms.end()) return std::nullopt;
+  const size_t row_bytes = image.width_px * static_cast<size_t>(CV_ELEM_SIZE(form->second.type));
+  const size_t step_bytes = std::max<size_t>(image.step_bytes, row_bytes);
+  if (image.width_px == 0 || image.height_px == 0 ||
+      image.data.bytes.size() < (image.height_px - 1) * step_bytes + row_bytes) {
+    throw DataError("fewer pixels than its size says");
+  }
+  const cv::Mat stored(static_cast<int>(image.height_px), static_cast<int>(image.width_px),
+                       form->second.type, const_cast<std::byte*>(image.data.bytes.data()),
+                       step_bytes);
+  cv::Mat grey;
+  if (form->second.conversion < 0) {
+    grey = stored.clone();
+  } else {
+    cv::cvtColor(stored, grey, form->second.conversion);
+  }
+  if (grey.depth() == CV_16U && image.is_bigendian) {
+    for (auto pixel = grey.begin<uint16_t>(); pixel != grey.end<uint16_t>(); ++pixel) {
+      *pixel = static_cast<uint16_t>(*pixel << 8 | *pixel >> 8);
+    }
+  }
+  return grey;
+}
+
+struct ImageFileBytes {
+  std::string extension, bytes;
+};
+
+// "" where the bytes are neither PNG nor JPEG.
+std::string ExtensionFor(const std::string& bytes) {
+  if (bytes.starts_with("\x89PNG")) return ".png";
+  return bytes.starts_with("\xff\xd8") ? ".jpg" : "";
+}
+
+[[noreturn]] void FailEncoding(const std::string& topic, const std::string& encoding) {
+  throw InputFault("bag_images",
+                   fmt::format("{}: found images as '{}', expected grey or colour: mono8, mono16, "
+                               "bgr8, rgb8, bgra8, rgba8, bayer, yuv422, JPEG or PNG",
+                               topic, encoding),
+                   "choose other topics with --topics, or decode the stream before");
+}
+
+// One camera's images as they come.
+class CameraFolder {
+ public:
+  CameraFolder(std::string topic, const std::string& folder)
+      : topic_(std::move(topic)), data_(folder + "/data") {
+    MakeFolder(data_);
+    table_ = folder + "/data.csv";
+  }
+
+  // Whether there was none with its stamp.
+  bool Add(const BagTopic& topic, BagBytes message) {
+    int64_t stamp_ns = 0;
+    const ImageFileBytes file = topic.type == RosImage::kType ? Encode(topic, message, &stamp_ns)
+                                                              : Copy(topic, message, &stamp_ns);
+    const std::string name = std::to_string(stamp_ns) + file.extension;
+    if (!names_.emplace(stamp_ns, name).second) return false;
+    WriteFile(data_ + "/" + name, file.bytes);
+    return true;
+  }
+
+  void WriteTable() const {
+    std::string text = "#timestamp [ns],filename\n";
+    for (const auto& [stamp_ns, name] : names_) text += fmt::format("{},{}\n", stamp_ns, name);
+    WriteFile(table_, text);
+  }
+
+  int64_t count() const { return static_cast<int64_t>(names_.size()); }
+
+ private:
+  ImageFileBytes Encode(const BagTopic& topic, BagBytes message, int64_t* stamp_ns) const {
+    const auto image = DecodeMessage<RosImage>(topic.encoding, message);
+    *stamp_ns = image.stamp_ns;
+    const std::optional<cv::Mat> grey = GreyFrom(image);
+    if (!grey) FailEncoding(topic_, image.encoding);
+    std::vector<uchar> bytes;
+    cv::imencode(".png", *grey, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    return {".png", {bytes.begin(), bytes.end()}};
+  }
+
+  ImageFileBytes Copy(const BagTopic& topic, BagBytes message, int64_t* stamp_ns) const {
+    const auto image = DecodeMessage<RosCompressedImage>(topic.encoding, message);
+    *stamp_ns = image.stamp_ns;
+    std::string bytes(reinterpret_cast<const char*>(image.data.bytes.data()),
+                      image.data.bytes.size());
+    std::string extension = ExtensionFor(bytes);
+    if (extension.empty()) FailEncoding(topic_, image.format);
+    return {std::move(extension), std::move(bytes)};
+  }
+
+  std::string topic_, data_, table_;
+  std::map<int64_t, std::string> names_;
+};
+
+// Rows in the order in which they were written down; a half that a message does not have is blank.
+class ImuTable {
+ public:
+  explicit ImuTable(const RecordingTopics& topics) : topics_(topics) {}
+
+  void Add(const BagTopic& topic, BagBytes message) {
+    const auto imu = DecodeMessage<RosImu>(topic.encoding, message);
+    text_ += std::to_string(imu.stamp_ns);
+    AddHalf(topic.name == topics_.gyro, imu.angular_velocity_rad_s);
+    AddHalf(topic.name == topics_.accel, imu.linear_acceleration_m_s2);
+    text_ += '\n';
+    ++count_;
+  }
+
+  void Write(const std::string& folder) const {
+    MakeFolder(folder);
+    WriteFile(folder + "/data.csv",
+              "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+              "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n" +
+                  text_);
+  }
+
+  int64_t count() const { return count_; }
+
+ private:
+  void AddHalf(bool has, const std::array<double, 3>& values) {
+    for (const double value : values) text_ += has ? fmt::format(",{}", value) : ",";
+  }
+
+  const RecordingTopics& topics_;
+  std::string text_;
+  int64_t count_ = 0;
+};
+
+}  // namespace
+
+RecordingTopics ChooseTopics(const Bag& bag, const RecordingTopics& said) {
+  RequireTopic(bag, said.left, IsImage, "images");
+  RequireTopic(bag, said.right, IsImage, "images");
+  RequireTopic(bag, said.gyro, IsImu, "an IMU");
+  RequireTopic(bag, said.accel, IsImu, "an IMU");
+  RecordingTopics topics = said;
+  ChooseImages(bag, &topics);
+  ChooseImu(bag, &topics);
+  return topics;
+}
+
+RecordingTopics ParseTopics(const std::string& text) {
+  RecordingTopics topics;
+  for (size_t from = 0; from < text.size();) {
+    const size_t to = std::min(text.find(',', from), text.size());
+    const std::string entry = text.substr(from, to - from);
+    const size_t equal = entry.find('=');
+    const std::string role = entry.substr(0, equal);
+    const std::string name = equal == std::string::npos ? "" : entry.substr(equal + 1);
+    std::vector<std::string*> places;
+    if (role == "left") places = {&topics.left};
+    if (role == "right") places = {&topics.right};
+    if (role == "gyro" || role == "imu") places.push_back(&topics.gyro);
+    if (role == "accel" || role == "imu") places.push_back(&topics.accel);
+    if (name.empty() || places.empty()) {
+      throw ConfigError(fmt::format(
+          "--topics: found '{}', expected left=/a,right=/b,imu=/c, or gyro=/c,accel=/d", entry));
+    }
+    for (std::string* place : places) *place = name;
+    from = to + 1;
+  }
+  if (topics.left.empty() && !topics.right.empty()) {
+    throw ConfigError("--topics: found right= without left=, expected both, or left= alone");
+  }
+  if (topics.gyro.empty() != topics.accel.empty()) {
+    throw ConfigError("--topics: found one of gyro= and accel=, expected both, or imu=");
+  }
+  return topics;
+}
+
+UnpackedCounts UnpackRecording(const RecordingTopics& topics, const std::string& folder,
+                               const Progress& progress, Bag* bag) {
+  UnpackedCounts counts;
+  std::vector<CameraFolder> cameras;
+  cameras.emplace_back(topics.left, folder + "/cam0");
+  if (!topics.right.empty()) cameras.emplace_back(topics.right, folder + "/cam1");
+  ImuTable imu(topics);
+  std::vector<uint32_t> chosen;
+  double all = 0, done = 0;
+  for (uint32_t i = 0; i < bag->topics().size(); ++i) {
+    const BagTopic& topic = bag->topics()[i];
+    const bool is_image = topic.name == topics.left || topic.name == topics.right;
+    const bool is_imu = topic.name == topics.gyro || topic.name == topics.accel;
+    if (!(is_image && IsImage(topic)) && !(is_imu && IsImu(topic))) continue;
+    chosen.push_back(i);
+    all += static_cast<double>(std::max<int64_t>(topic.messages, 0));
+  }
+  bag->Visit(chosen, 0, [&](const BagPlace& place, BagBytes message) {
+    const BagTopic& topic = bag->topics()[place.topic];
+    try {
+      if (IsImu(topic)) {
+        imu.Add(topic, message);
+      } else if (!cameras[topic.name == topics.left ? 0 : 1].Add(topic, message)) {
+        counts.warnings.Add(kStampTwice, topic.name);
+      }
+    } catch (const InputFault&) {
+      throw;
+    } catch (const DataError& error) {
+      counts.warnings.Add(kUnreadable, fmt::format("{}: {}", topic.name, error.what()));
+    }
+    done += 1;
+    progress.ReportOrStop(all > 0 ? std::min(1.0, done / all) : 0);
+    return true;
+  });
+  counts.warnings.Merge(bag->warnings());
+  for (const CameraFolder& camera : cameras) camera.WriteTable();
+  imu.Write(folder + "/imu0");
+  counts.left = cameras.front().count();
+  counts.right = cameras.size() > 1 ? cameras.back().count() : 0;
+  counts.imu = imu.count();
+  return counts;
+}
+
+}  // namespace slcmap::data

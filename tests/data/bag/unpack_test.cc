@@ -1,0 +1,243 @@
+#include "data/bag/unpack.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "data/source/asl_files.h"
+#include "tests/data/bag/made_bag.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::BagCase;
+using testing::BagMessage;
+using ::testing::HasSubstr;
+using testing::TempFolder;
+
+constexpr int kPairs = 12;
+constexpr uint32_t kSize_px = 40;
+
+class Unpacked : public ::testing::TestWithParam<BagCase> {};
+
+TEST_P(Unpacked, FolderHoldsWhatTheBagHolds) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, kSize_px);
+  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
+  const RecordingTopics topics = ChooseTopics(*bag, {});
+  EXPECT_EQ(topics.left, "/cam0/image_raw");
+  EXPECT_EQ(topics.right, "/cam1/image_raw");
+  EXPECT_EQ(topics.gyro, "/imu0");
+  const std::string out = folder.Path("out");
+  const UnpackedCounts counts = UnpackRecording(topics, out, {}, bag.get());
+  EXPECT_EQ(counts.left, kPairs);
+  EXPECT_EQ(counts.right, kPairs);
+  EXPECT_TRUE(counts.warnings.entries().empty());
+
+  Warnings warnings;
+  const std::vector<ImageFile> images = ReadAslImages(out + "/cam1", &warnings);
+  const std::vector<ImuSample> samples = ReadAslImu(out + "/imu0/data.csv", &warnings);
+  size_t image = 0, sample = 0;
+  for (const BagMessage& message : written) {
+    if (message.topic == "/cam1/image_raw") {
+      const auto made = DecodeMessage<RosImage>(GetParam().encoding, message.bytes);
+      ASSERT_LT(image, images.size());
+      EXPECT_EQ(images[image].stamp_ns, made.stamp_ns);
+      const cv::Mat read = cv::imread(images[image].path, cv::IMREAD_UNCHANGED);
+      ASSERT_EQ(read.total(), made.data.bytes.size());
+      EXPECT_TRUE(std::equal(made.data.bytes.begin(), made.data.bytes.end(),
+                             reinterpret_cast<const std::byte*>(read.data)));
+      ++image;
+    } else if (message.topic == "/imu0") {
+      const auto made = DecodeMessage<RosImu>(GetParam().encoding, message.bytes);
+      ASSERT_LT(sample, samples.size());
+      EXPECT_EQ(samples[sample].stamp_ns, made.stamp_ns);
+      EXPECT_EQ(samples[sample].angular_velocity_rad_s.y(), made.angular_velocity_rad_s[1]);
+      EXPECT_EQ(samples[sample].specific_force_m_s2.z(), made.linear_acceleration_m_s2[2]);
+      ++sample;
+    }
+  }
+  EXPECT_EQ(image, images.size());
+  EXPECT_EQ(sample, samples.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Unpacked, ::testing::ValuesIn(testing::kBagCases),
+                         [](const auto& test) {
+                           return std::string(test.param.form) + "_" + test.param.compression;
+                         });
+
+// A bag with these topics and one message of each.
+class MadeTopicsBag {
+ public:
+  explicit MadeTopicsBag(const std::vector<std::pair<std::string, std::string>>& topics) {
+    const auto writer = CreateBag(folder_.Path("made.mcap"), {});
+    for (const auto& [name, type] : topics) {
+      const uint32_t topic = writer->AddTopic({name, type, BagEncoding::kCdr, "cdr"});
+      RosImu imu;
+      imu.stamp_ns = 1'000'000'000;
+      writer->Write(topic, imu.stamp_ns, EncodeMessage(BagEncoding::kCdr, imu));
+    }
+    writer->Close();
+    bag_ = OpenBag(folder_.Path("made.mcap"));
+  }
+  const Bag& bag() const { return *bag_; }
+  Bag* get() { return bag_.get(); }
+  std::string Path(const std::string& name) const { return folder_.Path(name); }
+
+ private:
+  TempFolder folder_;
+  std::unique_ptr<Bag> bag_;
+};
+
+constexpr const char *kImage = RosImage::kType, *kPacked = RosCompressedImage::kType,
+                     *kImu = RosImu::kType;
+
+TEST(ChooseTopics, TakesTheOnePairByItsNamesAndBothHalvesOfAnImu) {
+  const MadeTopicsBag realsense({{"/camera/infra1/image_rect_raw", kImage},
+                                 {"/camera/infra2/image_rect_raw", kImage},
+                                 {"/camera/color/image_raw", kImage},
+                                 {"/camera/gyro/sample", kImu},
+                                 {"/camera/accel/sample", kImu}});
+  const RecordingTopics topics = ChooseTopics(realsense.bag(), {});
+  EXPECT_EQ(topics.left, "/camera/infra1/image_rect_raw");
+  EXPECT_EQ(topics.right, "/camera/infra2/image_rect_raw");
+  EXPECT_EQ(topics.gyro, "/camera/gyro/sample");
+  EXPECT_EQ(topics.accel, "/camera/accel/sample");
+
+  const MadeTopicsBag packed({{"/oak/left/image_raw", kImage},
+                              {"/oak/left/image_raw/compressed", kPacked},
+                              {"/oak/right/image_raw", kImage},
+                              {"/oak/right/image_raw/compressed", kPacked},
+                              {"/oak/imu/data", kImu}});
+  EXPECT_EQ(ChooseTopics(packed.bag(), {}).right, "/oak/right/image_raw");
+
+  const MadeTopicsBag one({{"/cam/image_raw/compressed", kPacked}, {"/imu", kImu}});
+  EXPECT_EQ(ChooseTopics(one.bag(), {}).left, "/cam/image_raw/compressed");
+  EXPECT_EQ(ChooseTopics(one.bag(), {}).right, "");
+}
+
+std::string Refusal(const Bag& bag, const RecordingTopics& said) {
+  try {
+    ChooseTopics(bag, said);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(ChooseTopics, SaysWhatIsThereWhereNoneOrSeveralCouldBeIt) {
+  const MadeTopicsBag many({{"/a/left/image", kImage},
+                            {"/a/right/image", kImage},
+                            {"/b/left/image", kImage},
+                            {"/b/right/image", kImage},
+                            {"/imu", kImu}});
+  EXPECT_THAT(Refusal(many.bag(), {}), HasSubstr("4 topics of images, 2 pairs"));
+  EXPECT_THAT(Refusal(many.bag(), {}), HasSubstr("/b/right/image (sensor_msgs/Image, 1)"));
+  EXPECT_EQ(ChooseTopics(many.bag(), ParseTopics("left=/b/left/image,right=/b/right/image")).gyro,
+            "/imu");
+  EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/imu")), HasSubstr("a sensor_msgs/Imu"));
+  EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/c")), HasSubstr("/c, which is not in"));
+  const MadeTopicsBag no_imu({{"/a/image", kImage}});
+  EXPECT_THAT(Refusal(no_imu.bag(), {}), HasSubstr("0 topics of an IMU"));
+  const MadeTopicsBag no_images({{"/imu", kImu}});
+  EXPECT_THAT(Refusal(no_images.bag(), {}), HasSubstr("no topic of images"));
+}
+
+TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
+  EXPECT_EQ(ParseTopics("imu=/i").accel, "/i");
+  for (const char* text : {"left", "middle=/a", "left=", "right=/a", "gyro=/g"}) {
+    EXPECT_THROW(ParseTopics(text), ConfigError) << text;
+  }
+}
+
+// Pixels of each encoding that are (10, 200, 30) in colour, or 77.
+TEST(Unpack, ImagesBecomeGreyAndOthersAreRefusedByName) {
+  const auto unpack = [](const std::string& encoding, std::vector<uint8_t> pixel) {
+    const TempFolder folder;
+    const auto writer = CreateBag(folder.Path("a.bag"), {"bag", "none"});
+    RosImage image;
+    image.width_px = image.height_px = 4;
+    image.encoding = encoding;
+    image.step_bytes = 4 * static_cast<uint32_t>(pixel.size());
+    std::vector<std::byte> data;
+    for (int i = 0; i < 16; ++i) {
+      for (const uint8_t value : pixel) data.push_back(static_cast<std::byte>(value));
+    }
+    image.data.bytes = data;
+    const uint32_t topic = writer->AddTopic({"/image", RosImage::kType, BagEncoding::kRos1, ""});
+    writer->Write(topic, 1, EncodeMessage(BagEncoding::kRos1, image));
+    writer->Close();
+    const auto bag = OpenBag(folder.Path("a.bag"));
+    UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
+    return static_cast<int>(
+        cv::imread(folder.Path("out/cam0/data/0.png"), cv::IMREAD_ANYDEPTH).at<uchar>(2, 2));
+  };
+  EXPECT_EQ(unpack("mono8", {77}), 77);
+  EXPECT_EQ(unpack("8UC1", {77}), 77);
+  const int grey = unpack("rgb8", {10, 200, 30});
+  EXPECT_NEAR(grey, 0.299 * 10 + 0.587 * 200 + 0.114 * 30, 1);
+  EXPECT_EQ(unpack("bgr8", {30, 200, 10}), grey);
+  EXPECT_EQ(unpack("rgba8", {10, 200, 30, 255}), grey);
+  EXPECT_EQ(unpack("bgra8", {30, 200, 10, 255}), grey);
+  EXPECT_EQ(unpack("yuv422", {128, 77}), 77);
+  EXPECT_EQ(unpack("yuv422_yuy2", {77, 128}), 77);
+  EXPECT_NEAR(unpack("bayer_rggb8", {77}), 77, 1);
+  EXPECT_THROW(unpack("32FC1", {0, 0, 0, 0}), InputFault);
+}
+
+// Red, green and blue of a mosaic reach the weights that they have in grey.
+TEST(Unpack, MosaicsAreReadInTheirOrder) {
+  const TempFolder folder;
+  const auto writer = CreateBag(folder.Path("a.bag"), {"bag", "none"});
+  RosImage image;
+  image.width_px = image.height_px = 8;
+  image.encoding = "bayer_rggb8";
+  image.step_bytes = 8;
+  std::vector<std::byte> data(64);  // all red
+  for (size_t y = 0; y < 8; y += 2) {
+    for (size_t x = 0; x < 8; x += 2) data[8 * y + x] = static_cast<std::byte>(200);
+  }
+  image.data.bytes = data;
+  const uint32_t topic = writer->AddTopic({"/image", RosImage::kType, BagEncoding::kRos1, ""});
+  writer->Write(topic, 1, EncodeMessage(BagEncoding::kRos1, image));
+  writer->Close();
+  const auto bag = OpenBag(folder.Path("a.bag"));
+  UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
+  const cv::Mat read = cv::imread(folder.Path("out/cam0/data/0.png"), cv::IMREAD_UNCHANGED);
+  EXPECT_NEAR(read.at<uchar>(4, 4), 0.299 * 200, 2);
+}
+
+TEST(Unpack, CompressedImagesStayAsTheyAreAndVideoIsRefused) {
+  const TempFolder folder;
+  cv::Mat1b pixels(6, 8, uchar{90});
+  std::vector<uchar> jpeg;
+  cv::imencode(".jpg", pixels, jpeg);
+  const auto write = [&](const std::string& name, const std::vector<uchar>& bytes) {
+    const auto writer = CreateBag(folder.Path(name), {"mcap", "zstd"});
+    RosCompressedImage image;
+    image.stamp_ns = 5;
+    image.format = "h264";
+    image.data.bytes = std::as_bytes(std::span(bytes));
+    const uint32_t topic =
+        writer->AddTopic({"/image", RosCompressedImage::kType, BagEncoding::kCdr, "cdr"});
+    writer->Write(topic, 1, EncodeMessage(BagEncoding::kCdr, image));
+    writer->Close();
+    return OpenBag(folder.Path(name));
+  };
+  const auto bag = write("a.mcap", jpeg);
+  UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
+  EXPECT_EQ(fs::file_size(folder.Path("out/cam0/data/5.jpg")), jpeg.size());
+  const auto video = write("b.mcap", {0, 0, 0, 1, 0x67});
+  try {
+    UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out2"), {}, video.get());
+    FAIL();
+  } catch (const InputFault& fault) {
+    EXPECT_THAT(fault.what(), HasSubstr("'h264'"));
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
