@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "data/bag/containers.h"
 
@@ -12,9 +13,20 @@ constexpr uint32_t kDirect = UINT32_MAX;
 }  // namespace
 
 void ChunkedBag::Visit(const std::vector<uint32_t>& topics, size_t head, const Visitor& visit) {
-  Walk walk{std::vector<bool>(topics_.size() + 1), head, visit};
+  // What the visitor throws is no damage of the bag.
+  std::exception_ptr thrown;
+  const Visitor guarded = [&](const BagPlace& place, BagBytes message) {
+    try {
+      return visit(place, message);
+    } catch (...) {
+      thrown = std::current_exception();
+      return false;
+    }
+  };
+  Walk walk{std::vector<bool>(topics_.size() + 1), head, guarded};
   for (const uint32_t topic : topics) walk.chosen.at(topic) = true;
   WalkFile(&walk);
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void ChunkedBag::WalkFile(Walk* walk) {

@@ -22,6 +22,16 @@ constexpr int kPairs = 30;
 
 class BagForms : public ::testing::TestWithParam<BagCase> {};
 
+TEST_P(BagForms, WhatAVisitorThrowsIsNoDamage) {
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(GetParam().encoding, 2, 20);
+  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
+  const auto fail = [](const BagPlace&, BagBytes) -> bool { throw DataError("of the visitor"); };
+  EXPECT_THROW(bag->Visit(testing::AllTopics(*bag), 0, fail), DataError);
+  EXPECT_TRUE(bag->warnings().entries().empty());
+  EXPECT_EQ(testing::ReadMessages(bag.get()), written);
+}
+
 TEST_P(BagForms, MessagesComeBackInTheirOrder) {
   const TempFolder folder;
   const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 200);

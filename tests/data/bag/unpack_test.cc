@@ -18,14 +18,14 @@ using testing::BagMessage;
 using ::testing::HasSubstr;
 using testing::TempFolder;
 
-constexpr int kPairs = 12;
-constexpr uint32_t kSize_px = 40;
+constexpr int kUnpackedPairs = 12;
+constexpr uint32_t kUnpackedSize_px = 40;
 
 class Unpacked : public ::testing::TestWithParam<BagCase> {};
 
 TEST_P(Unpacked, FolderHoldsWhatTheBagHolds) {
   const TempFolder folder;
-  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, kSize_px);
+  const auto written = testing::MadeMessages(GetParam().encoding, kUnpackedPairs, kUnpackedSize_px);
   const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
   const RecordingTopics topics = ChooseTopics(*bag, {});
   EXPECT_EQ(topics.left, "/cam0/image_raw");
@@ -33,8 +33,8 @@ TEST_P(Unpacked, FolderHoldsWhatTheBagHolds) {
   EXPECT_EQ(topics.gyro, "/imu0");
   const std::string out = folder.Path("out");
   const UnpackedCounts counts = UnpackRecording(topics, out, {}, bag.get());
-  EXPECT_EQ(counts.left, kPairs);
-  EXPECT_EQ(counts.right, kPairs);
+  EXPECT_EQ(counts.left, kUnpackedPairs);
+  EXPECT_EQ(counts.right, kUnpackedPairs);
   EXPECT_TRUE(counts.warnings.entries().empty());
 
   Warnings warnings;
@@ -69,10 +69,12 @@ INSTANTIATE_TEST_SUITE_P(All, Unpacked, ::testing::ValuesIn(testing::kBagCases),
                            return std::string(test.param.form) + "_" + test.param.compression;
                          });
 
+using Topics = std::vector<std::pair<std::string, std::string>>;
+
 // A bag with these topics and one message of each.
 class MadeTopicsBag {
  public:
-  explicit MadeTopicsBag(const std::vector<std::pair<std::string, std::string>>& topics) {
+  explicit MadeTopicsBag(const Topics& topics) {
     const auto writer = CreateBag(folder_.Path("made.mcap"), {});
     for (const auto& [name, type] : topics) {
       const uint32_t topic = writer->AddTopic({name, type, BagEncoding::kCdr, "cdr"});
@@ -84,8 +86,6 @@ class MadeTopicsBag {
     bag_ = OpenBag(folder_.Path("made.mcap"));
   }
   const Bag& bag() const { return *bag_; }
-  Bag* get() { return bag_.get(); }
-  std::string Path(const std::string& name) const { return folder_.Path(name); }
 
  private:
   TempFolder folder_;
@@ -140,9 +140,9 @@ TEST(ChooseTopics, SaysWhatIsThereWhereNoneOrSeveralCouldBeIt) {
             "/imu");
   EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/imu")), HasSubstr("a sensor_msgs/Imu"));
   EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/c")), HasSubstr("/c, which is not in"));
-  const MadeTopicsBag no_imu({{"/a/image", kImage}});
+  const MadeTopicsBag no_imu(Topics{{"/a/image", kImage}});
   EXPECT_THAT(Refusal(no_imu.bag(), {}), HasSubstr("0 topics of an IMU"));
-  const MadeTopicsBag no_images({{"/imu", kImu}});
+  const MadeTopicsBag no_images(Topics{{"/imu", kImu}});
   EXPECT_THAT(Refusal(no_images.bag(), {}), HasSubstr("no topic of images"));
 }
 
