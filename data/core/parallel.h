@@ -97,10 +97,10 @@ class ReadAhead {
 
 // Items around a place that moves on, such as the images of views around one of them.
 template <typename Item>
-class SlidingWindow {
+class ItemsAround {
  public:
   // Of items make(0) to make(count - 1), as of ReadAhead; `reach` to either side are kept.
-  SlidingWindow(size_t count, std::function<Item(size_t)> make, int reach)
+  ItemsAround(size_t count, std::function<Item(size_t)> make, int reach)
       : reach_(reach), coming_(count, std::move(make)) {}
 
   // Makes what is needed around an item and forgets the rest; from the first item on, forward.

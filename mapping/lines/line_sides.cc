@@ -327,7 +327,7 @@ class SideComparer {
   const Views& views_;
   const VisibilityDepths& depths_;
   const ViewCameras& cameras_;
-  SlidingWindow<StereoImage> images_;
+  ItemsAround<StereoImage> images_;
 };
 
 void Add(const SideVotes& votes, SideVotes* sum) {

@@ -50,7 +50,7 @@ struct EdgeView {
   const cv::Mat& image(int camera) const { return camera == 0 ? images.left : images.right; }
 };
 
-using EdgeViews = SlidingWindow<EdgeView>;
+using EdgeViews = ItemsAround<EdgeView>;
 
 // Of all views, with up to `reach` to either side; `images` must outlive it.
 EdgeViews MakeEdgeViews(const ViewImages& images, size_t views, double min_gradient,
