@@ -12,6 +12,14 @@ namespace {
 constexpr uint32_t kDirect = UINT32_MAX;
 }  // namespace
 
+uint32_t FindTopic(const std::vector<BagTopic>& topics, const BagTopic& topic) {
+  const auto found = std::ranges::find_if(topics, [&](const BagTopic& known) {
+    return known.name == topic.name && known.type == topic.type &&
+           known.encoding_name == topic.encoding_name;
+  });
+  return static_cast<uint32_t>(found - topics.begin());
+}
+
 void ChunkedBag::Visit(const std::vector<uint32_t>& topics, size_t head, const Visitor& visit) {
   // What the visitor throws is no damage of the bag.
   std::exception_ptr thrown;
@@ -131,12 +139,8 @@ std::vector<std::byte> ChunkedBag::Read(const BagPlace& place) const {
 }
 
 uint32_t ChunkedBag::TopicNumber(const BagTopic& topic) {
-  const auto found = std::ranges::find_if(topics_, [&](const BagTopic& known) {
-    return known.name == topic.name && known.type == topic.type &&
-           known.encoding_name == topic.encoding_name;
-  });
-  const auto number = static_cast<uint32_t>(found - topics_.begin());
-  if (found == topics_.end()) {
+  const uint32_t number = FindTopic(topics_, topic);
+  if (number == topics_.size()) {
     topics_.push_back(topic);
     topics_.back().messages = 0;
   }
@@ -146,6 +150,10 @@ uint32_t ChunkedBag::TopicNumber(const BagTopic& topic) {
 void ChunkedBag::AddCount(uint32_t topic, uint64_t messages, std::optional<uint64_t> chunk) {
   topics_[topic].messages += static_cast<int64_t>(messages);
   if (chunk) known_chunks_[*chunk].push_back(topic);
+}
+
+void ChunkedBag::NameForm(const std::string& compression) {
+  if (form_.find(',') == std::string::npos) form_ += ", " + compression;
 }
 
 void ChunkedBag::SayUnfinished() {

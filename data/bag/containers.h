@@ -21,6 +21,19 @@ std::unique_ptr<Bag> OpenRos1Bag(const std::string& path);
 std::unique_ptr<Bag> OpenMcap(const std::string& path);
 std::unique_ptr<Bag> OpenDb3(const std::string& path);
 
+// How a ROS 1 bag begins, and what its records are told by.
+inline constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
+enum Ros1Op : uint8_t {
+  kRos1Message = 2,
+  kRos1FileHeader = 3,
+  kRos1Index = 4,
+  kRos1Chunk = 5,
+  kRos1ChunkInfo = 6,
+  kRos1Connection = 7
+};
+
+inline constexpr int64_t kSecond_ns = 1'000'000'000;
+
 // Bytes in a chunk that is written, as rosbag has it.
 inline constexpr size_t kChunkSize = 768 * 1024;
 
@@ -36,6 +49,9 @@ void RequirePacking(const std::string& path, const std::string& compression,
 // "sensor_msgs/msg/Image" is ROS 2's name of "sensor_msgs/Image".
 std::string Ros2TypeName(const std::string& type);
 std::string PlainTypeName(std::string type);
+
+// The first topic of the same name, type and layout; their number where there is none.
+uint32_t FindTopic(const std::vector<BagTopic>& topics, const BagTopic& topic);
 
 // Warnings of a file, each place once however often it is visited.
 class BagLosses {
@@ -103,7 +119,8 @@ class ChunkedBag : public Bag {
   // As an index says.
   void AddCount(uint32_t topic, uint64_t messages, std::optional<uint64_t> chunk);
   void SayUnfinished();
-  void Forget();  // what an index said that is not whole
+  void NameForm(const std::string& compression);  // that of the first chunk
+  void Forget();                                  // what an index said that is not whole
 
   PlacedFile file_;
   std::string form_;

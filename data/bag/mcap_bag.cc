@@ -161,10 +161,6 @@ class McapBag : public ChunkedBag {
     return true;
   }
 
-  void NameForm(const std::string& packing) {
-    if (form_.find(',') == std::string::npos) form_ += ", " + packing;
-  }
-
   // False where there is no whole summary, or one that does not tell the topics.
   bool ReadSummary(PlacedBytes* bytes) {
     const uint64_t tail = kRecordHead + kFooterSize + kMcapMagic.size();

@@ -7,12 +7,13 @@
 #include <cstring>
 #include <type_traits>
 
+#include "data/bag/containers.h"
+
 namespace slcmap::inline data {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr int64_t kNanoseconds = 1'000'000'000;
 constexpr size_t kCdrHeader = 4;  // bytes, of which alignment counts nothing
 
 template <typename T>
@@ -50,7 +51,7 @@ class MessageReader {
   void Header(RosStamped* header) {
     if (!cdr_) Get<uint32_t>();  // seq
     const int64_t s = cdr_ ? int64_t{Get<int32_t>()} : int64_t{Get<uint32_t>()};
-    header->stamp_ns = s * kNanoseconds + Get<uint32_t>();
+    header->stamp_ns = s * kSecond_ns + Get<uint32_t>();
     Read(header->frame_id);
   }
 
@@ -125,9 +126,9 @@ class MessageWriter {
 
   void Header(const RosStamped* header) {
     if (!cdr_) Write(uint32_t{0});  // seq
-    const int64_t ns = header->stamp_ns, s = ns / kNanoseconds - (ns % kNanoseconds < 0 ? 1 : 0);
+    const int64_t ns = header->stamp_ns, s = ns / kSecond_ns - (ns % kSecond_ns < 0 ? 1 : 0);
     Write(static_cast<int32_t>(s));
-    Write(static_cast<uint32_t>(ns - s * kNanoseconds));
+    Write(static_cast<uint32_t>(ns - s * kSecond_ns));
     Write(header->frame_id);
   }
 

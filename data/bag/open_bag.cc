@@ -163,16 +163,13 @@ class FilesBag : public Bag {
   void Adopt(std::unique_ptr<Bag> bag) {
     Part part{std::move(bag), {}};
     for (const BagTopic& topic : part.bag->topics()) {
-      auto known = std::ranges::find_if(topics_, [&](const BagTopic& other) {
-        return other.name == topic.name && other.type == topic.type &&
-               other.encoding_name == topic.encoding_name;
-      });
-      part.topics.push_back(static_cast<uint32_t>(known - topics_.begin()));
-      if (known == topics_.end()) {
+      const uint32_t number = FindTopic(topics_, topic);
+      part.topics.push_back(number);
+      if (number == topics_.size()) {
         topics_.push_back(topic);
       } else {
-        known->messages =
-            std::min(known->messages, topic.messages) < 0 ? -1 : known->messages + topic.messages;
+        int64_t& messages = topics_[number].messages;
+        messages = std::min(messages, topic.messages) < 0 ? -1 : messages + topic.messages;
       }
     }
     form_ = part.bag->form();

@@ -5,17 +5,6 @@
 namespace slcmap::inline data {
 namespace {
 
-constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
-constexpr uint64_t kNanosecondsASecond = 1'000'000'000;
-
-enum Ros1Op : uint8_t {
-  kRos1Message = 2,
-  kRos1FileHeader = 3,
-  kRos1Chunk = 5,
-  kRos1ChunkInfo = 6,
-  kRos1Connection = 7
-};
-
 // The fields of a record's header that any kind of record has, and where its data lie.
 struct Ros1Record {
   uint8_t op = 0;
@@ -50,8 +39,8 @@ void SetField(const std::string_view name, BagBytes value, Ros1Record* record) {
   if (name == "encryptor") record->encryptor = AsText(value);
   if (name != "time") return;
   ByteCursor time(value);
-  const uint64_t s = time.Take<uint32_t>();
-  record->time_ns = static_cast<int64_t>(s * kNanosecondsASecond + time.Take<uint32_t>());
+  const int64_t s = time.Take<uint32_t>();
+  record->time_ns = s * kSecond_ns + time.Take<uint32_t>();
 }
 
 // "name=value", each behind its length.
@@ -150,10 +139,6 @@ class Ros1Bag : public ChunkedBag {
                      fmt::format("{}: found '{}', expected #ROSBAG V2.0", path(),
                                  start.substr(0, start.find('\n'))),
                      "bring it to version 2.0 with 'rosbag fix'");
-  }
-
-  void NameForm(const std::string& compression) {
-    if (form_.find(',') == std::string::npos) form_ += ", " + compression;
   }
 
   void EnterChunk(PlacedBytes* bytes, uint64_t at, const Ros1Record& record, Walk* walk) {

@@ -13,7 +13,7 @@ namespace {
 // A record of a ROS 1 bag: fields of its header, each "name=value" behind its length, and data.
 class Ros1RecordText {
  public:
-  explicit Ros1RecordText(uint8_t op) { Add("op", op); }
+  explicit Ros1RecordText(Ros1Op op) { Add("op", static_cast<uint8_t>(op)); }
   Ros1RecordText() = default;  // what a connection says stands as a header without a record
 
   template <typename Number>
@@ -33,7 +33,6 @@ class Ros1RecordText {
 
   // Seconds and nanoseconds.
   static uint64_t Time(int64_t time_ns) {
-    constexpr int64_t kSecond_ns = 1'000'000'000;
     return static_cast<uint64_t>(time_ns / kSecond_ns) | static_cast<uint64_t>(time_ns % kSecond_ns)
                                                              << 32;
   }
@@ -55,7 +54,7 @@ class Ros1Writer : public BagWriter {
  public:
   Ros1Writer(const std::string& path, std::string compression)
       : path_(path), compression_(std::move(compression)), file_(path) {
-    Put(std::string("#ROSBAG V2.0\n"));
+    Put(std::string(kRos1Magic));
     Put(FileHeader(0));
   }
 
@@ -68,7 +67,7 @@ class Ros1Writer : public BagWriter {
     if (known.text.empty()) known = {topic.definition, "*"};
     const auto conn = static_cast<uint32_t>(connections_.size());
     std::string& record = connections_.emplace_back();
-    Ros1RecordText(7)
+    Ros1RecordText(kRos1Connection)
         .Add("conn", conn)
         .Add("topic", topic.name)
         .AppendTo(&record, Ros1RecordText()
@@ -90,7 +89,7 @@ class Ros1Writer : public BagWriter {
     std::string& entries = index_[topic];
     AppendBytes(Ros1RecordText::Time(received_ns), &entries);
     AppendBytes(static_cast<uint32_t>(chunk_.size()), &entries);
-    Ros1RecordText(2)
+    Ros1RecordText(kRos1Message)
         .Add("conn", topic)
         .AddTime("time", received_ns)
         .AppendTo(&chunk_, AsText(message));
@@ -102,7 +101,7 @@ class Ros1Writer : public BagWriter {
     const uint64_t index_at = at_;
     for (const std::string& connection : connections_) Put(connection);
     Put(chunk_infos_);
-    file_.Overwrite(13, FileHeader(index_at));
+    file_.Overwrite(kRos1Magic.size(), FileHeader(index_at));
     file_.Close();
   }
 
@@ -115,7 +114,7 @@ class Ros1Writer : public BagWriter {
   // Filled with blanks, for the index's place to be written over it.
   std::string FileHeader(uint64_t index_at) const {
     constexpr size_t kSize = 4096;
-    Ros1RecordText record(3);
+    Ros1RecordText record(kRos1FileHeader);
     record.Add("index_pos", index_at)
         .Add("conn_count", static_cast<uint32_t>(connections_.size()))
         .Add("chunk_count", chunks_);
@@ -127,14 +126,14 @@ class Ros1Writer : public BagWriter {
   void FinishChunk() {
     const uint64_t chunk_at = at_;
     std::string bytes, counts;
-    Ros1RecordText(5)
+    Ros1RecordText(kRos1Chunk)
         .Add("compression", compression_)
         .Add("size", static_cast<uint32_t>(chunk_.size()))
         .AppendTo(&bytes, compression_ == "none" ? chunk_ : Pack(compression_, chunk_));
     constexpr size_t kEntry = 8 + 4;
     for (const auto& [conn, entries] : index_) {
       const auto count = static_cast<uint32_t>(entries.size() / kEntry);
-      Ros1RecordText(4)
+      Ros1RecordText(kRos1Index)
           .Add("ver", uint32_t{1})
           .Add("conn", conn)
           .Add("count", count)
@@ -143,7 +142,7 @@ class Ros1Writer : public BagWriter {
       AppendBytes(count, &counts);
     }
     Put(bytes);
-    Ros1RecordText(6)
+    Ros1RecordText(kRos1ChunkInfo)
         .Add("ver", uint32_t{1})
         .Add("chunk_pos", chunk_at)
         .AddTime("start_time", first_ns_)
