@@ -98,8 +98,6 @@ void AddMergeCommand(CLI::App& app) {
 
 namespace {
 
-std::string StartForm(size_t count) { return count == 3 ? "X,Y,Z,YAW_DEG" : "X,Y,YAW_DEG"; }
-
 void LogAlignment(const std::string& name, const MapAlignment& found) {
   const Eigen::Vector3d& p = found.T_first_second.translation;
   spdlog::info(
@@ -140,7 +138,8 @@ std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
     throw ConfigError(fmt::format(
         "{}: found '{}', expected {}: {} numbers, metres of at most {:.0f} and degrees of at most "
         "{:.0f}",
-        option, at, StartForm(lengths), lengths + 1, kFarthest_m, kMostTurn_deg));
+        option, at, lengths == 3 ? "X,Y,Z,YAW_DEG" : "X,Y,YAW_DEG", lengths + 1, kFarthest_m,
+        kMostTurn_deg));
   }
   start.yaw_rad = values.back() * kDegree;
   return start;

@@ -6,16 +6,19 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "data/bag/bytes.h"
 #include "data/bag/messages.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "data/io/image.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -177,12 +180,8 @@ std::optional<cv::Mat> GreyFrom(const RosImage& image) {
   return grey;
 }
 
-struct ImageFileBytes {
-  std::string extension, bytes;
-};
-
 // "" where the bytes are neither PNG nor JPEG.
-std::string ExtensionFor(const std::string& bytes) {
+std::string ExtensionFor(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG")) return ".png";
   return bytes.starts_with("\xff\xd8") ? ".jpg" : "";
 }
@@ -206,17 +205,11 @@ class CameraFolder {
 
   // Whether there was none with its stamp.
   bool Add(const BagTopic& topic, BagBytes message) {
-    int64_t stamp_ns = 0;
-    const ImageFileBytes file = topic.type == RosImage::kType ? Encode(topic, message, &stamp_ns)
-                                                              : Copy(topic, message, &stamp_ns);
-    const std::string name = std::to_string(stamp_ns) + file.extension;
-    if (!names_.emplace(stamp_ns, name).second) return false;
-    WriteFile(data_ + "/" + name, file.bytes);
-    return true;
+    return topic.type == RosImage::kType ? AddPixels(topic, message) : AddFile(topic, message);
   }
 
   void WriteTable() const {
-    std::string text = "#timestamp [ns],filename\n";
+    std::string text = kAslImagesHead;
     for (const auto& [stamp_ns, name] : names_) text += fmt::format("{},{}\n", stamp_ns, name);
     WriteFile(table_, text);
   }
@@ -224,24 +217,29 @@ class CameraFolder {
   int64_t count() const { return static_cast<int64_t>(names_.size()); }
 
  private:
-  ImageFileBytes Encode(const BagTopic& topic, BagBytes message, int64_t* stamp_ns) const {
+  bool AddPixels(const BagTopic& topic, BagBytes message) {
     const auto image = DecodeMessage<RosImage>(topic.encoding, message);
-    *stamp_ns = image.stamp_ns;
     const std::optional<cv::Mat> grey = GreyFrom(image);
     if (!grey) FailEncoding(topic_, image.encoding);
-    std::vector<uchar> bytes;
-    cv::imencode(".png", *grey, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    return {".png", {bytes.begin(), bytes.end()}};
+    const std::optional<std::string> path = TakePath(image.stamp_ns, ".png");
+    if (path) WritePng(*path, *grey);
+    return path.has_value();
   }
 
-  ImageFileBytes Copy(const BagTopic& topic, BagBytes message, int64_t* stamp_ns) const {
+  bool AddFile(const BagTopic& topic, BagBytes message) {
     const auto image = DecodeMessage<RosCompressedImage>(topic.encoding, message);
-    *stamp_ns = image.stamp_ns;
-    std::string bytes(reinterpret_cast<const char*>(image.data.bytes.data()),
-                      image.data.bytes.size());
-    std::string extension = ExtensionFor(bytes);
+    const std::string_view bytes = AsText(image.data.bytes);
+    const std::string extension = ExtensionFor(bytes);
     if (extension.empty()) FailEncoding(topic_, image.format);
-    return {std::move(extension), std::move(bytes)};
+    const std::optional<std::string> path = TakePath(image.stamp_ns, extension);
+    if (path) WriteFile(*path, bytes);
+    return path.has_value();
+  }
+
+  // Nothing where the stamp is taken.
+  std::optional<std::string> TakePath(int64_t stamp_ns, const std::string& extension) {
+    const auto [entry, is_new] = names_.emplace(stamp_ns, std::to_string(stamp_ns) + extension);
+    return is_new ? std::optional(data_ + "/" + entry->second) : std::nullopt;
   }
 
   std::string topic_, data_, table_;
@@ -264,10 +262,7 @@ class ImuTable {
 
   void Write(const std::string& folder) const {
     MakeFolder(folder);
-    WriteFile(folder + "/data.csv",
-              "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
-              "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n" +
-                  text_);
+    WriteFile(folder + "/data.csv", kAslImuHead + text_);
   }
 
   int64_t count() const { return count_; }

@@ -306,4 +306,10 @@ std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string
   return forms;
 }
 
+void WritePng(const std::string& path, const cv::Mat& image) {
+  std::vector<uchar> bytes;
+  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  WriteFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
 }  // namespace slcmap::data

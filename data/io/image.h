@@ -61,4 +61,7 @@ inline constexpr const char* kImageOrientation = "images_with_an_orientation_tak
 std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
                                         Warnings* warnings = nullptr);
 
+// As PNG, 8 or 16 bit. Speed, not size, matters: it is read back soon. Throws OutputError.
+void WritePng(const std::string& path, const cv::Mat& image);
+
 }  // namespace slcmap::data

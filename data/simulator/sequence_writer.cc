@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <future>
 #include <mutex>
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "data/calibration/camera_words.h"
@@ -17,6 +16,8 @@
 #include "data/core/error.h"
 #include "data/core/parallel.h"
 #include "data/io/file.h"
+#include "data/io/image.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 
@@ -120,13 +121,6 @@ std::string Row(const Eigen::Vector3d& v) {
   return fmt::format(",{:.9f},{:.9f},{:.9f}", v.x(), v.y(), v.z());
 }
 
-// Speed, not size, matters here: the images are read back soon.
-void WritePng(const std::string& path, const cv::Mat& image) {
-  std::vector<uchar> bytes;
-  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  WriteFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
 }  // namespace
 
 SequenceWriter::SequenceWriter(const std::string& folder)
@@ -156,9 +150,7 @@ void SequenceWriter::WriteTrueRig(const Rig& rig) const {
 }
 
 void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {
-  std::string text =
-      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
-      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  std::string text = kAslImuHead;
   for (const ImuSample& s : samples) {
     text += std::to_string(s.stamp_ns) + Row(s.angular_velocity_rad_s) +
             Row(s.specific_force_m_s2) + "\n";
@@ -210,7 +202,7 @@ void SequenceWriter::WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const 
 }
 
 void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns) const {
-  std::string text = "#timestamp [ns],filename\n";
+  std::string text = kAslImagesHead;
   for (const int64_t stamp_ns : stamps_ns) text += fmt::format("{0},{0}.png\n", stamp_ns);
   for (const int camera : {0, 1}) {
     WriteFile(mav_folder_ + "/" + CameraName(camera) + "/data.csv", text);

@@ -116,6 +116,12 @@ void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
 // does not share.
 void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps);
 
+// The heads of the tables, as they are written.
+inline constexpr const char* kAslImagesHead = "#timestamp [ns],filename\n";
+inline constexpr const char* kAslImuHead =
+    "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+    "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+
 struct ImageFile {
   int64_t stamp_ns = 0;
   std::string path;

@@ -153,27 +153,31 @@ TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
   }
 }
 
+// What a bag of one square image, with these bytes a row and in all, becomes.
+cv::Mat UnpackImage(const std::string& encoding, uint32_t size_px, std::vector<std::byte> data) {
+  const TempFolder folder;
+  RosImage image;
+  image.width_px = image.height_px = size_px;
+  image.encoding = encoding;
+  image.step_bytes = static_cast<uint32_t>(data.size()) / size_px;
+  image.data.bytes = data;
+  const auto writer = CreateBag(folder.Path("a.bag"), {"bag", "none"});
+  const uint32_t topic = writer->AddTopic({"/image", RosImage::kType, BagEncoding::kRos1, ""});
+  writer->Write(topic, 1, EncodeMessage(BagEncoding::kRos1, image));
+  writer->Close();
+  const auto bag = OpenBag(folder.Path("a.bag"));
+  UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
+  return cv::imread(folder.Path("out/cam0/data/0.png"), cv::IMREAD_UNCHANGED);
+}
+
 // Pixels of each encoding that are (10, 200, 30) in colour, or 77.
 TEST(Unpack, ImagesBecomeGreyAndOthersAreRefusedByName) {
-  const auto unpack = [](const std::string& encoding, std::vector<uint8_t> pixel) {
-    const TempFolder folder;
-    const auto writer = CreateBag(folder.Path("a.bag"), {"bag", "none"});
-    RosImage image;
-    image.width_px = image.height_px = 4;
-    image.encoding = encoding;
-    image.step_bytes = 4 * static_cast<uint32_t>(pixel.size());
+  const auto unpack = [](const std::string& encoding, const std::vector<uint8_t>& pixel) {
     std::vector<std::byte> data;
     for (int i = 0; i < 16; ++i) {
       for (const uint8_t value : pixel) data.push_back(static_cast<std::byte>(value));
     }
-    image.data.bytes = data;
-    const uint32_t topic = writer->AddTopic({"/image", RosImage::kType, BagEncoding::kRos1, ""});
-    writer->Write(topic, 1, EncodeMessage(BagEncoding::kRos1, image));
-    writer->Close();
-    const auto bag = OpenBag(folder.Path("a.bag"));
-    UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
-    return static_cast<int>(
-        cv::imread(folder.Path("out/cam0/data/0.png"), cv::IMREAD_ANYDEPTH).at<uchar>(2, 2));
+    return static_cast<int>(UnpackImage(encoding, 4, data).at<uchar>(2, 2));
   };
   EXPECT_EQ(unpack("mono8", {77}), 77);
   EXPECT_EQ(unpack("8UC1", {77}), 77);
@@ -190,24 +194,11 @@ TEST(Unpack, ImagesBecomeGreyAndOthersAreRefusedByName) {
 
 // Red, green and blue of a mosaic reach the weights that they have in grey.
 TEST(Unpack, MosaicsAreReadInTheirOrder) {
-  const TempFolder folder;
-  const auto writer = CreateBag(folder.Path("a.bag"), {"bag", "none"});
-  RosImage image;
-  image.width_px = image.height_px = 8;
-  image.encoding = "bayer_rggb8";
-  image.step_bytes = 8;
   std::vector<std::byte> data(64);  // all red
   for (size_t y = 0; y < 8; y += 2) {
     for (size_t x = 0; x < 8; x += 2) data[8 * y + x] = static_cast<std::byte>(200);
   }
-  image.data.bytes = data;
-  const uint32_t topic = writer->AddTopic({"/image", RosImage::kType, BagEncoding::kRos1, ""});
-  writer->Write(topic, 1, EncodeMessage(BagEncoding::kRos1, image));
-  writer->Close();
-  const auto bag = OpenBag(folder.Path("a.bag"));
-  UnpackRecording({"/image", "", "/imu", "/imu"}, folder.Path("out"), {}, bag.get());
-  const cv::Mat read = cv::imread(folder.Path("out/cam0/data/0.png"), cv::IMREAD_UNCHANGED);
-  EXPECT_NEAR(read.at<uchar>(4, 4), 0.299 * 200, 2);
+  EXPECT_NEAR(UnpackImage("bayer_rggb8", 8, data).at<uchar>(4, 4), 0.299 * 200, 2);
 }
 
 TEST(Unpack, CompressedImagesStayAsTheyAreAndVideoIsRefused) {
