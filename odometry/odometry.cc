@@ -23,12 +23,7 @@ constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
 Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   options.Check();
   rig.cameras[0].Check("left camera");
-  if (IsStereo(rig)) {
-    rig.cameras[1].Check("right camera");
-  } else if (options.method != Method::kPointsMono) {
-    throw ConfigError("method: found " + MethodName(options.method) +
-                      " with one camera, expected points-mono");
-  }
+  if (IsStereo(rig)) rig.cameras[1].Check("right camera");
   return rig;
 }
 
@@ -97,8 +92,8 @@ class TrackedLines final : public LineSource {
 };
 
 // One camera tells nothing of another.
-OdometryOptions ForMethod(OdometryOptions options) {
-  if (options.method != Method::kPointsMono) return options;
+OdometryOptions ForRig(OdometryOptions options, const Rig& rig) {
+  if (UsesRight(options.method, rig)) return options;
   options.calibration.right_rotation = options.calibration.right_centre = false;
   return options;
 }
@@ -108,7 +103,7 @@ OdometryOptions ForMethod(OdometryOptions options) {
 class Odometry::Impl {
  public:
   Impl(const Rig& rig, const OdometryOptions& options, int threads)
-      : options_(ForMethod(options)),
+      : options_(ForRig(options, rig)),
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
         tracker_(options.points, rectifier_.rectified_rig(), rectifier_.mask(0)),
@@ -252,7 +247,7 @@ class Odometry::Impl {
   // Of the current pair; empty where there is none. Called on keyframes only, once, in the
   // thread of the points or of the lines.
   cv::Mat RectifiedRight() {
-    if (options_.method == Method::kPointsMono) return cv::Mat();
+    if (!UsesRight(options_.method, rig_)) return cv::Mat();
     const auto& [image, decode_right] = current_;
     const cv::Mat right = image.right.empty() && decode_right ? decode_right() : image.right;
     if (right.empty() && !decode_right) return right;

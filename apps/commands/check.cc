@@ -102,9 +102,10 @@ StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const Odometry
                             Sequence* sequence) {
   if (!arguments.check) return {};
   CheckReport mended;
-  if (options.method != Method::kPointsMono) MendIntervals(sequence, {}, &mended);
+  const bool uses_right = UsesRight(options.method, sequence->rig);
+  if (uses_right) MendIntervals(sequence, {}, &mended);
   LogFindings(mended);
-  CheckReport report = Check(options.method == Method::kPointsMono, sequence);
+  CheckReport report = Check(!uses_right, sequence);
   LeaveOutHeld(options.calibration, &report);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);

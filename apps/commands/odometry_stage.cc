@@ -440,16 +440,12 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   CheckCalibrationTarget(arguments);
   ConfiguredOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), ListInputs(arguments));
-  const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
   output.Open();
-  if (!IsStereo(sequence.rig) && !one_camera) {
-    throw DataError(sequence.folder +
-                    ": found one camera, expected cam0 and cam1, or --method points-mono");
-  }
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
-  AslSource source(std::move(sequence), {.read_right = !one_camera});
+  const bool uses_right = UsesRight(options.odometry.method, sequence.rig);
+  AslSource source(std::move(sequence), {.read_right = uses_right});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), DescribeImages(info.rig),
                info.calibration);

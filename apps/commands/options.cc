@@ -75,7 +75,7 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command
       .add_option("sequence", arguments->sequence,
                   "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; "
-                  "points-mono needs no cam1")
+                  "without cam1, of one camera")
       ->required();
   command.add_option("--method", arguments->method,
                      "slc (default: points, structural lines, points on lines), structural, "

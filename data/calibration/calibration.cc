@@ -283,6 +283,9 @@ void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& 
   }
   TakeTimeShifts(used, &calibration->rig, warnings);
   if (chain.size() <= used.size()) return;
+  if (used.size() == 1 && wanted.empty()) {
+    warnings->Add("cameras_left_out_that_look_another_way", chain.back().place);
+  }
   calibration->source +=
       fmt::format("; cameras {} of {}", fmt::join(calibration->cameras, ", "), chain.size());
 }

@@ -263,11 +263,18 @@ double Overlap(const ChainCamera& first, const ChainCamera& second) {
   return static_cast<double>(seen) / (kSteps * kSteps);
 }
 
+Eigen::Vector3d OpticalAxis(const ChainCamera& camera) {
+  return camera.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
+}
+
+bool LookApart(const ChainCamera& first, const ChainCamera& second) {
+  return OpticalAxis(first).dot(OpticalAxis(second)) < kLeastCosine;
+}
+
 // None where one looks another way or stands before the other: they cannot be rectified.
 double Usefulness(const ChainCamera& first, const ChainCamera& second) {
-  const Eigen::Vector3d z_first = first.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d z_second = second.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
-  if (z_first.dot(z_second) < kLeastCosine) return 0;
+  if (LookApart(first, second)) return 0;
+  const Eigen::Vector3d z_first = OpticalAxis(first), z_second = OpticalAxis(second);
   const double baseline_m = (first.T_imu_camera.translation - second.T_imu_camera.translation)
                                 .cross((z_first + z_second).normalized())
                                 .norm();
@@ -298,7 +305,8 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted) {
   if (!wanted.empty()) return FindWanted(chain, wanted);
   if (chain.size() == 1) return {0};
-  if (chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1) return {0, 1};
+  const bool is_rig = chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1;
+  if (is_rig && !LookApart(chain[0], chain[1])) return {0, 1};
   std::vector<size_t> best;
   double most = 0;
   for (size_t i = 0; i < chain.size(); ++i) {

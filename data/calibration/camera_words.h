@@ -47,7 +47,8 @@ struct ChainCamera {
 
 // Positions in the chain of the cameras that are used: those of the `wanted` indices, one or two;
 // else the only one, or the two of which the first sees most of what the second one sees, from
-// places that are apart. Throws InputFault for wanted cameras that the chain has not.
+// places that are apart; the first where no two look the same way. Throws InputFault for wanted
+// cameras that the chain has not.
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);
 

@@ -118,7 +118,8 @@ void CheckImuRate(const Rig& rig, const std::vector<ImuSample>& samples, CheckRe
 
 void CheckCameras(const Rig& rig, CheckReport* report) {
   if (IsStereo(rig)) return;
-  report->Warn("one-camera", "no right camera", "run odometry with --method points-mono");
+  report->Warn("one-camera", "no right camera",
+               "add cam1 where the rig has one; the map of one camera has no dense cloud");
 }
 
 // False where there is nothing to look at.

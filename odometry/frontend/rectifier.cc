@@ -29,7 +29,7 @@ Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& base
         "calibration: found a second camera that is not beside the first one looking the same way, "
         "expected cameras side by side or above each other (are T_BS and its inverse exchanged? "
         "two "
-        "that look apart are used one at a time, with --cameras 0 --method points-mono)");
+        "that look apart are used one at a time, with --cameras 0)");
   }
   const Eigen::Vector3d y = z_mean.cross(x).normalized();
   Eigen::Matrix3d R;

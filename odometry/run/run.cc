@@ -39,6 +39,10 @@ std::string MethodName(Method method) {
   throw ConfigError("method: found one without a name");
 }
 
+bool UsesRight(Method method, const Rig& rig) {
+  return method != Method::kPointsMono && IsStereo(rig);
+}
+
 bool UsesLines(Method method) { return method != Method::kPointsMono && method != Method::kPoints; }
 
 bool UsesStructure(Method method) {

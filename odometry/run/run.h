@@ -29,6 +29,7 @@ inline constexpr const char* kExternalPoses = "poses";
 // The same as a DataError that names the place where the name was found; kExternalPoses is one.
 void CheckMethodName(const std::string& place, const std::string& name);
 std::string MethodName(Method method);
+bool UsesRight(Method method, const Rig& rig);  // images of a second camera
 bool UsesLines(Method method);
 bool UsesStructure(Method method);  // lines along the building's axes
 

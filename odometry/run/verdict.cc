@@ -194,7 +194,9 @@ void JudgeKeyframes(const OdometryRun& run, const VerdictOptions& options, Verdi
 
 void JudgeStereo(const OdometryRun& run, Verdict* verdict) {
   const FigureSummary& seen = run.figures.seen_right;
-  if (seen.count == 0 || run.method == MethodName(Method::kPointsMono)) return;
+  const bool uses_right =
+      run.method != MethodName(Method::kPointsMono) && IsStereo(run.rectified_rig);
+  if (seen.count == 0 || !uses_right) return;
   if (seen.mean >= kMinSeenRight) return;
   verdict->Add({VerdictLevel::kDoubtful, "stereo",
                 fmt::format("{:.0f} % of the points in the right images", 100 * seen.mean),

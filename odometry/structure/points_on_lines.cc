@@ -30,9 +30,11 @@ Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& seg
   return across_px <= kMaxDistance_px ? Alignment::kOn : Alignment::kUnclear;
 }
 
-// In both images; what one of them did not see is unclear.
-Alignment ClassifyAlignment(const PointObservation& point, const LineObservation& line) {
+// In both images; what one of them did not see is unclear. Of one camera, in its image.
+Alignment ClassifyAlignment(const PointObservation& point, const LineObservation& line,
+                            bool one_camera) {
   const Alignment left = ClassifyAlignment(point.left_px, line.left_px);
+  if (one_camera) return left;
   if (!point.right_px || !line.right_px)
     return left == Alignment::kOff ? left : Alignment::kUnclear;
   const Alignment right = ClassifyAlignment(*point.right_px, *line.right_px);
@@ -122,7 +124,8 @@ std::map<int64_t, const Observation*> ById(const std::vector<Observation>& obser
 
 }  // namespace
 
-PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options) : options_(options) {
+PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options, bool one_camera)
+    : options_(options), one_camera_(one_camera) {
   options_.Check();
 }
 
@@ -135,7 +138,7 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
     std::vector<Candidate> candidates;
     for (const size_t index : areas.LinesNear(point.left_px)) {
       const LineObservation& line = lines[index];
-      if (ClassifyAlignment(point, line) != Alignment::kOn) continue;
+      if (ClassifyAlignment(point, line, one_camera_) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
                             Across_px(point.left_px, line.left_px)});
     }
@@ -154,7 +157,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const PointObservation* point = Find(points_by_id, it->first.point_id);
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
-                       ClassifyAlignment(*point, *line) == Alignment::kOff;
+                       ClassifyAlignment(*point, *line, one_camera_) == Alignment::kOff;
     if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }

@@ -30,9 +30,9 @@ constexpr double kErrorsMoved = 0.003;            // the same of the IMU's linea
 constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
 // One camera, whose scale comes from the IMU alone, tells no more of the rig than the time offset.
-CalibrationOptions WhatTells(const EstimatorOptions& options) {
+CalibrationOptions WhatTells(const EstimatorOptions& options, const Rig& rig) {
   CalibrationOptions calibration = options.calibration;
-  if (options.method != Method::kPointsMono) return calibration;
+  if (UsesRight(options.method, rig)) return calibration;
   calibration.imu_rotation = calibration.lever = calibration.focal_length = false;
   calibration.imu_scale = calibration.imu_axes = false;
   return calibration;
@@ -40,10 +40,10 @@ CalibrationOptions WhatTells(const EstimatorOptions& options) {
 
 // Without a second camera the first states are off by more than points are when they are placed;
 // what does not fit once they are optimised is rejected as ever.
-PointTriangulationOptions FirstTriangulation(const EstimatorOptions& options) {
+PointTriangulationOptions FirstTriangulation(const EstimatorOptions& options, const Rig& rig) {
   constexpr double kWider = 8;
   PointTriangulationOptions first = options.window.triangulation;
-  if (options.method == Method::kPointsMono) first.max_residual_sigma *= kWider;
+  if (!UsesRight(options.method, rig)) first.max_residual_sigma *= kWider;
   return first;
 }
 
@@ -64,10 +64,10 @@ std::vector<const PointLandmark*> KnownLandmarks(const FrameState& frame,
 
 SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.window),
-      first_triangulation_(FirstTriangulation(options)),
+      first_triangulation_(FirstTriangulation(options, rectified_rig)),
       rig_(rectified_rig),
       structure_(options, rectified_rig),
-      calibration_prior_(WhatTells(options)),
+      calibration_prior_(WhatTells(options, rectified_rig)),
       calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;

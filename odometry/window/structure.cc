@@ -87,7 +87,7 @@ Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
       classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
       detector_(options.manhattan, options.line_classifier.end_sigma_px,
                 rectified_rig.cameras[0].fx_px),
-      memberships_(options.points_on_lines),
+      memberships_(options.points_on_lines, !IsStereo(rectified_rig)),
       slope_detector_(options.slopes),
       deviations_(options.building_deviation) {}
 
@@ -315,7 +315,7 @@ void Structure::Reset() {
   detector_.Reset();
   slope_detector_.Reset();
   misplaced_.clear();
-  memberships_ = PointsOnLines(points_on_lines_options_);
+  memberships_ = PointsOnLines(points_on_lines_options_, !IsStereo(rig_));
   covariance_as_left_m2_.clear();
   merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }
