@@ -1,0 +1,257 @@
+#include "data/video/sensor_log.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <string_view>
+
+#include "data/io/csv.h"
+#include "data/io/json.h"
+#include "data/source/asl_files.h"
+
+namespace slcmap::inline data {
+namespace {
+
+using Eigen::Vector3d;
+
+// What a step between stamps may be; in another unit it is a thousand times off.
+constexpr double kMostSampleStep_s = 0.05, kMostFrameStep_s = 0.7;
+constexpr double kOfAll = 200;  // the least step is so much shorter
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+bool HasWord(const std::string& text, std::initializer_list<const char*> words) {
+  return std::ranges::any_of(
+      words, [&](const char* word) { return text.find(word) != std::string::npos; });
+}
+
+bool NamesTime(const std::string& name) { return name == "t" || HasWord(name, {"time", "stamp"}); }
+bool NamesGyro(const std::string& name) {
+  return HasWord(name, {"gyr", "omega", "ang", "rot", "w_"}) || name.starts_with("w") ||
+         name.starts_with("gx") || name.starts_with("gy") || name.starts_with("gz");
+}
+bool NamesAccel(const std::string& name) {
+  return HasWord(name, {"acc", "a_"}) || name.starts_with("ax") || name.starts_with("ay") ||
+         name.starts_with("az");
+}
+
+// 0 to 2 of a name that ends in x, y or z, its unit in brackets aside; -1 of others.
+int AxisIn(std::string name) {
+  name.resize(std::min(name.find_first_of("[("), name.size()));
+  while (!name.empty() && std::isspace(static_cast<unsigned char>(name.back()))) name.pop_back();
+  if (name.empty() || name.back() < 'x' || name.back() > 'z') return -1;
+  return name.back() - 'x';
+}
+
+// Which columns hold what; -1: none.
+struct Columns {
+  int time = 0;
+  std::array<int, 3> gyro = {-1, -1, -1}, accel = {-1, -1, -1};
+};
+
+bool IsWhole(const std::array<int, 3>& columns) {
+  return std::ranges::all_of(columns, [](int column) { return column >= 0; });
+}
+
+Columns FromHeader(const std::vector<std::string_view>& names) {
+  Columns columns{-1, {-1, -1, -1}, {-1, -1, -1}};
+  for (int i = 0; i < std::ssize(names); ++i) {
+    const std::string name = Lower(names[static_cast<size_t>(i)]);
+    const int axis = AxisIn(name);
+    if (NamesTime(name)) {
+      if (columns.time < 0) columns.time = i;
+    } else if (axis >= 0 && NamesAccel(name)) {
+      columns.accel[static_cast<size_t>(axis)] = i;
+    } else if (axis >= 0 && NamesGyro(name)) {
+      columns.gyro[static_cast<size_t>(axis)] = i;
+    }
+  }
+  return columns;
+}
+
+Columns WithoutHeader(const std::string& path, size_t count) {
+  const std::string name = Lower(std::filesystem::path(path).stem().string());
+  if (count == 4 && NamesAccel(name) != NamesGyro(name)) {
+    Columns columns;
+    (NamesAccel(name) ? columns.accel : columns.gyro) = {1, 2, 3};
+    return columns;
+  }
+  return {0, {1, 2, 3}, {4, 5, 6}};
+}
+
+// A table whose stamps wait for their unit.
+struct StampedRows {
+  std::vector<std::string> stamps;
+  std::vector<std::vector<double>> values;
+};
+
+// Powers of ten from stamps to nanoseconds, by the median step between them.
+int FindStampShift(const std::string& path, const std::vector<std::string>& stamps,
+                   double most_step_s) {
+  std::vector<double> numbers, steps;
+  for (const std::string& stamp : stamps) numbers.push_back(ParseNumber(stamp).value_or(0));
+  for (size_t i = 1; i < numbers.size(); ++i)
+    steps.push_back(std::abs(numbers[i] - numbers[i - 1]));
+  const double step = Median(steps);
+  for (const int shift : {9, 6, 3, 0}) {
+    const double step_s = step * std::pow(10, shift - 9);
+    if (step_s <= most_step_s && step_s > most_step_s / kOfAll) return shift;
+  }
+  throw InputFault("stamp-units",
+                   fmt::format("{}: found stamps {} apart, expected seconds, ms, us or ns of a "
+                               "sensor that is read often",
+                               path, step),
+                   "name the column of the time in the header");
+}
+
+std::vector<int64_t> ScaledStamps(const std::string& path, const StampedRows& rows,
+                                  double most_step_s) {
+  const int shift = FindStampShift(path, rows.stamps, most_step_s);
+  std::vector<int64_t> stamps_ns;
+  for (const std::string& stamp : rows.stamps) {
+    stamps_ns.push_back(ParseScaledInteger(stamp, shift).value_or(0));
+  }
+  return stamps_ns;
+}
+
+// Of the rows that have numbers wherever `columns` says; fills it by the first row.
+template <typename FindColumns>
+StampedRows ReadStampedRows(const std::string& path, FindColumns find_columns,
+                            std::vector<int>* columns, Warnings* warnings) {
+  StampedRows rows;
+  ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
+    if (columns->empty()) {
+      const bool is_header = !ParseNumber(fields.front());
+      *columns = find_columns(is_header, fields);
+      if (is_header) return;
+    }
+    std::vector<double> values;
+    for (const int column : *columns) {
+      const auto at = static_cast<size_t>(column);
+      const auto value = at < fields.size() ? ParseNumber(fields[at]) : std::nullopt;
+      if (value && std::isfinite(*value)) values.push_back(*value);
+    }
+    if (values.size() != columns->size()) {
+      warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
+      return;
+    }
+    rows.stamps.emplace_back(fields[static_cast<size_t>(columns->front())]);
+    rows.values.push_back(std::move(values));
+  });
+  return rows;
+}
+
+// The time first, then the gyroscope's, then the accelerometer's.
+std::vector<int> InOneRow(const std::string& path, const Columns& columns) {
+  std::vector<int> row = {columns.time};
+  for (const std::array<int, 3>& sensor : {columns.gyro, columns.accel}) {
+    if (IsWhole(sensor)) row.insert(row.end(), sensor.begin(), sensor.end());
+  }
+  if (columns.time >= 0 && row.size() > 1) return row;
+  throw InputFault("imu-columns",
+                   fmt::format("{}: found no time with x, y and z of a gyroscope or an "
+                               "accelerometer among the columns, expected some",
+                               path),
+                   "head the table: time_s, gyro_x, gyro_y, gyro_z, acc_x, acc_y, acc_z");
+}
+
+SensorLog ReadCsvLog(const std::string& path, Warnings* warnings) {
+  std::vector<int> order;
+  Columns columns;
+  const StampedRows rows = ReadStampedRows(
+      path,
+      [&](bool is_header, const std::vector<std::string_view>& fields) {
+        columns = is_header ? FromHeader(fields) : WithoutHeader(path, fields.size());
+        return InOneRow(path, columns);
+      },
+      &order, warnings);
+  if (rows.stamps.size() < 2) {
+    throw DataError(
+        fmt::format("{}: found {} rows of an IMU, expected many", path, rows.stamps.size()));
+  }
+  const std::vector<int64_t> stamps_ns = ScaledStamps(path, rows, kMostSampleStep_s);
+  const bool has_gyro = IsWhole(columns.gyro), has_accel = IsWhole(columns.accel);
+  SensorLog log;
+  for (size_t i = 0; i < stamps_ns.size(); ++i) {
+    SensorSample& sample = log.samples.emplace_back();
+    sample.stamp_ns = stamps_ns[i];
+    if (has_gyro) sample.gyro_rad_s = Vector3d::Map(rows.values[i].data() + 1);
+    if (has_accel) sample.accel_m_s2 = Vector3d::Map(rows.values[i].data() + (has_gyro ? 4 : 1));
+  }
+  return log;
+}
+
+int64_t SecondsToStamp(const Json& json) {
+  return static_cast<int64_t>(std::llround(json.get<double>() * 1e9));
+}
+
+void AddSensor(const Json& entry, SensorLog* log) {
+  const Json& sensor = entry.at("sensor");
+  const auto type = sensor.at("type").get<std::string>();
+  if (type != "gyroscope" && type != "accelerometer") return;
+  const auto values = sensor.at("values").get<std::array<double, 3>>();
+  SensorSample& sample = log->samples.emplace_back();
+  sample.stamp_ns = SecondsToStamp(entry.at("time"));
+  (type == "gyroscope" ? sample.gyro_rad_s : sample.accel_m_s2) = Vector3d::Map(values.data());
+}
+
+// A frame may have a time of its own, else that of its set.
+void AddFrames(const Json& entry, SensorLog* log) {
+  for (const Json& frame : entry.at("frames")) {
+    const Json& time = frame.contains("time") ? frame.at("time") : entry.at("time");
+    log->frames_ns[frame.value("cameraInd", 0)].push_back(SecondsToStamp(time));
+  }
+}
+
+SensorLog ReadJsonLines(const std::string& path, Warnings* warnings) {
+  SensorLog log;
+  std::istringstream text(ReadFile(path));
+  std::string line;
+  for (int row = 1; std::getline(text, line); ++row) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    try {
+      const Json entry = Json::parse(line);
+      if (entry.contains("sensor")) AddSensor(entry, &log);
+      if (entry.contains("frames")) AddFrames(entry, &log);
+    } catch (const Json::exception&) {
+      warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
+    }
+  }
+  return log;
+}
+
+}  // namespace
+
+SensorLog ReadSensorLog(const std::string& path, Warnings* warnings) {
+  SensorLog log =
+      path.ends_with(".jsonl") ? ReadJsonLines(path, warnings) : ReadCsvLog(path, warnings);
+  std::ranges::stable_sort(log.samples, {}, &SensorSample::stamp_ns);
+  return log;
+}
+
+std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings) {
+  std::vector<int> order;
+  const StampedRows rows = ReadStampedRows(
+      path,
+      [](bool is_header, const std::vector<std::string_view>& fields) {
+        return std::vector<int>{is_header ? std::max(0, FromHeader(fields).time) : 0};
+      },
+      &order, warnings);
+  if (rows.stamps.size() < 2) {
+    throw DataError(fmt::format("{}: found {} times of frames, expected one a frame", path,
+                                rows.stamps.size()));
+  }
+  return ScaledStamps(path, rows, kMostFrameStep_s);
+}
+
+}  // namespace slcmap::data

@@ -1,0 +1,243 @@
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <opencv2/core.hpp>
+
+#include "data/io/file.h"
+#include "data/io/image.h"
+#include "data/source/asl_files.h"
+#include "data/video/sensor_log.h"
+#include "data/video/unpack_video.h"
+#include "data/video/video_file.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::TempFolder;
+
+constexpr int kWidth_px = 64, kHeight_px = 32;
+
+// A frame whose pixels tell its number, and left from right.
+cv::Mat MakeVideoFrame(int number) {
+  cv::Mat frame(kHeight_px, kWidth_px, CV_8UC1, cv::Scalar(10 * number));
+  frame.colRange(kWidth_px / 2, kWidth_px).setTo(10 * number + 5);
+  return frame;
+}
+
+// Packs frames without loss, each at its own time.
+class VideoWriter {
+ public:
+  explicit VideoWriter(const std::string& path) {
+    avformat_alloc_output_context2(&format_, nullptr, nullptr, path.c_str());
+    const AVCodec* codec = avcodec_find_encoder(AV_CODEC_ID_FFV1);
+    encoder_ = avcodec_alloc_context3(codec);
+    encoder_->width = kWidth_px;
+    encoder_->height = kHeight_px;
+    encoder_->pix_fmt = AV_PIX_FMT_GRAY8;
+    encoder_->time_base = {1, 1000};
+    avcodec_open2(encoder_, codec, nullptr);
+    stream_ = avformat_new_stream(format_, codec);
+    avcodec_parameters_from_context(stream_->codecpar, encoder_);
+    avio_open(&format_->pb, path.c_str(), AVIO_FLAG_WRITE);
+    EXPECT_GE(avformat_write_header(format_, nullptr), 0);
+  }
+  ~VideoWriter() {
+    Send(nullptr);
+    av_write_trailer(format_);
+    avio_closep(&format_->pb);
+    avcodec_free_context(&encoder_);
+    avformat_free_context(format_);
+  }
+
+  void Add(const cv::Mat& grey, int64_t time_ms) {
+    AVFrame* frame = av_frame_alloc();
+    frame->format = AV_PIX_FMT_GRAY8;
+    frame->width = grey.cols;
+    frame->height = grey.rows;
+    frame->pts = time_ms;
+    av_frame_get_buffer(frame, 0);
+    for (int row = 0; row < grey.rows; ++row) {
+      std::copy_n(grey.ptr(row), grey.cols, frame->data[0] + row * frame->linesize[0]);
+    }
+    Send(frame);
+    av_frame_free(&frame);
+  }
+
+ private:
+  void Send(const AVFrame* frame) {
+    avcodec_send_frame(encoder_, frame);
+    AVPacket* packet = av_packet_alloc();
+    while (avcodec_receive_packet(encoder_, packet) >= 0) {
+      av_packet_rescale_ts(packet, encoder_->time_base, stream_->time_base);
+      av_interleaved_write_frame(format_, packet);
+    }
+    av_packet_free(&packet);
+  }
+
+  AVFormatContext* format_ = nullptr;
+  AVCodecContext* encoder_ = nullptr;
+  AVStream* stream_ = nullptr;
+};
+
+constexpr int64_t kTimes_ms[] = {1000, 1033, 1070, 1100, 1190};
+
+std::string WriteVideo(const TempFolder& folder, const std::string& name) {
+  VideoWriter writer(folder.Path(name));
+  for (int i = 0; i < 5; ++i) writer.Add(MakeVideoFrame(i), kTimes_ms[i]);
+  return folder.Path(name);
+}
+
+// At 200 Hz from one to two seconds.
+std::string CsvLog(const std::string& header, double unit_s) {
+  std::string text = header;
+  for (int i = 0; i < 200; ++i) {
+    text += fmt::format("{:.9g},{},0.2,0.3,{},0,9.8\n", (1 + 0.005 * i) / unit_s, 0.1 * i, i);
+  }
+  return text;
+}
+
+std::vector<int64_t> StampsIn(const std::string& camera) {
+  Warnings warnings;
+  std::vector<int64_t> stamps_ns;
+  for (const ImageFile& image : ReadAslImages(camera, &warnings)) {
+    stamps_ns.push_back(image.stamp_ns);
+  }
+  return stamps_ns;
+}
+
+TEST(Video, FramesHaveTheirOwnTimes) {
+  const TempFolder folder;
+  VideoFile file(WriteVideo(folder, "walk.mkv"));
+  for (int i = 0; i < 5; ++i) {
+    const auto frame = file.Next();
+    ASSERT_TRUE(frame) << i;
+    EXPECT_EQ(frame->time_ns, kTimes_ms[i] * 1'000'000);
+    EXPECT_EQ(cv::countNonZero(frame->grey != MakeVideoFrame(i)), 0);
+  }
+  EXPECT_FALSE(file.Next());
+  EXPECT_TRUE(file.warnings().entries().empty());
+}
+
+TEST(Video, WhatIsCutOffIsLeftOut) {
+  const TempFolder folder;
+  const std::string path = WriteVideo(folder, "walk.mkv");
+  const std::string bytes = ReadFile(path);
+  for (size_t kept = 0; kept < bytes.size(); kept += 97) {
+    folder.Write("cut.mkv", bytes.substr(0, kept));
+    try {
+      VideoFile file(folder.Path("cut.mkv"));
+      int frames = 0;
+      while (file.Next()) ++frames;
+      EXPECT_LE(frames, 5);
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("cut.mkv: found"));
+    }
+  }
+}
+
+TEST(Video, IsUnpackedWithTheLogBesideIt) {
+  const TempFolder folder;
+  const std::string video = WriteVideo(folder, "walk.mkv");
+  folder.Write("walk.csv", CsvLog("time_s,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n", 1));
+  const VideoRecording recording = FindVideoRecording(video, {});
+  const VideoCounts counts = UnpackVideo(recording, folder.Path("out"), {});
+  EXPECT_EQ(counts.left, 5);
+  EXPECT_EQ(counts.right, 0);
+  EXPECT_EQ(counts.imu, 200);
+  EXPECT_THAT(
+      StampsIn(folder.Path("out/cam0")),
+      ElementsAre(1'000'000'000, 1'033'000'000, 1'070'000'000, 1'100'000'000, 1'190'000'000));
+  Warnings warnings;
+  const auto samples = ReadAslImu(folder.Path("out/imu0/data.csv"), &warnings);
+  ASSERT_EQ(samples.size(), 200u);
+  EXPECT_EQ(samples[3].stamp_ns, 1'015'000'000);
+  EXPECT_DOUBLE_EQ(samples[3].angular_velocity_rad_s.x(), 0.1 * 3);
+  EXPECT_DOUBLE_EQ(samples[3].specific_force_m_s2.x(), 3);
+}
+
+TEST(Video, SideBySideIsSplit) {
+  const TempFolder folder;
+  const std::string video = WriteVideo(folder, "walk.mkv");
+  folder.Write("walk.csv", CsvLog("", 1e-3));
+  const VideoRecording recording = FindVideoRecording(video, {.side_by_side = true});
+  const VideoCounts counts = UnpackVideo(recording, folder.Path("out"), {});
+  EXPECT_EQ(counts.left, 5);
+  EXPECT_EQ(counts.right, 5);
+  const ImageRead right = ReadGrayImage(folder.Path("out/cam1/data/1033000000.png"), {});
+  ASSERT_EQ(right.image.size(), cv::Size(kWidth_px / 2, kHeight_px));
+  EXPECT_EQ(right.image.at<uchar>(3, 3), 15);
+}
+
+TEST(Video, JsonLinesTellTheTimesOfFrames) {
+  const TempFolder folder;
+  WriteVideo(folder, "data.mkv");
+  WriteVideo(folder, "data2.mkv");
+  std::string lines;
+  for (int i = 0; i < 100; ++i) {
+    const double t = 7 + 0.005 * i;
+    lines += fmt::format("{{\"time\":{},\"sensor\":{{\"type\":\"{}\",\"values\":[{},0,1]}}}}\n", t,
+                         i % 2 == 0 ? "gyroscope" : "accelerometer", i);
+  }
+  for (int i = 0; i < 5; ++i) {
+    lines += fmt::format(
+        "{{\"time\":{0},\"number\":{1},\"frames\":[{{\"cameraInd\":0,\"time\":{0}}},"
+        "{{\"cameraInd\":1,\"time\":{2}}}]}}\n",
+        7 + 0.03 * i, i, 7.001 + 0.03 * i);
+  }
+  folder.Write("data.jsonl", lines + "{\"time\": 7.5, \"sens\n");
+  ASSERT_TRUE(IsVideoRecording(folder.Path("")));
+  const VideoCounts counts =
+      UnpackVideo(FindVideoRecording(folder.Path(""), {}), folder.Path("out"), {});
+  EXPECT_EQ(counts.warnings.Count(kRowUnreadable), 1);
+  EXPECT_THAT(
+      StampsIn(folder.Path("out/cam1")),
+      ElementsAre(7'001'000'000, 7'031'000'000, 7'061'000'000, 7'091'000'000, 7'121'000'000));
+  EXPECT_EQ(counts.imu, 100);
+}
+
+TEST(Video, ListedTimesThatDoNotFitAreCounted) {
+  const TempFolder folder;
+  const std::string video = WriteVideo(folder, "walk.mkv");
+  folder.Write("walk.csv", CsvLog("t,wx,wy,wz,ax,ay,az\n", 1e-9));
+  folder.Write("frames.csv", "frame,timestamp\n0,1010000000\n1,1040000000\n2,1080000000\n");
+  const VideoRecording recording =
+      FindVideoRecording(video, {.frame_times = folder.Path("frames.csv")});
+  const VideoCounts counts = UnpackVideo(recording, folder.Path("out"), {});
+  EXPECT_EQ(counts.left, 3);
+  EXPECT_EQ(counts.warnings.Count("frames_that_no_list_has"), 2);
+}
+
+TEST(Video, WhatIsMissingIsAskedFor) {
+  const TempFolder folder;
+  const std::string video = WriteVideo(folder, "walk.mkv");
+  const auto message = [&](const VideoRecording& said) -> std::string {
+    try {
+      UnpackVideo(FindVideoRecording(video, said), folder.Path("out"), {});
+    } catch (const InputFault& fault) {
+      return std::string(fault.what()) + "; " + fault.remedy();
+    }
+    return "";
+  };
+  EXPECT_THAT(message({}), HasSubstr("there are walk.mkv; name the log: --imu walk.csv"));
+  std::string late;
+  for (int i = 0; i < 100; ++i) late += fmt::format("{},0,0,0,0,0,9.8\n", 100 + 0.005 * i);
+  folder.Write("late.csv", late);
+  EXPECT_THAT(message({.logs = {folder.Path("late.csv")}}),
+              HasSubstr("found the first frame at 1.000 s, expected it on the clock of the IMU"));
+  folder.Write("odd.csv", "time,height\n1,2\n2,3\n");
+  EXPECT_THAT(message({.logs = {folder.Path("odd.csv")}}), HasSubstr("head the table: time_s"));
+  folder.Write("rare.csv", "1,0,0,0,0,0,9\n1.1,0,0,0,0,0,9\n1.2,0,0,0,0,0,9\n");
+  EXPECT_THAT(message({.logs = {folder.Path("rare.csv")}}), HasSubstr("found stamps 0.1"));
+}
+
+}  // namespace
+}  // namespace slcmap
