@@ -47,6 +47,7 @@ void AddCommands(CLI::App& app) {
   AddRunCommand(app);
   AddEvaluateCommand(app);
   AddCompareCommand(app);
+  AddBatchCommand(app);
   AddHelpCommand(app);
   RefuseEmptyValues(app);
 }

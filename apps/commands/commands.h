@@ -21,6 +21,7 @@ void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
+void AddBatchCommand(CLI::App& app);
 
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;

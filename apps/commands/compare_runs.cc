@@ -1,26 +1,19 @@
 #include "apps/commands/compare_runs.h"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "apps/commands/check.h"
+#include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
 #include "data/core/error.h"
@@ -34,18 +27,6 @@
 #include "odometry/run/verdict.h"
 
 namespace slcmap::inline commands {
-
-// Runs this program again as a process of its own, whose cost and failure are its own.
-
-// Of a child that a signal ended, and the signal's number more.
-inline constexpr int kExitSignal = 128;
-
-// Runs slcmap with arguments, its output in a log file, and waits for it, calling watch() several
-// times a second. Ctrl-C is passed on, so that it ends as it does alone. Returns its exit code; 128
-// and more where a signal ended it. Throws OutputError where it cannot be started.
-int RunChild(const std::vector<std::string>& arguments, const std::string& log_path,
-             const std::function<void()>& watch);
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -110,14 +91,6 @@ bool IsMapKept(const std::string& folder) {
   return IsKept(folder, "map.json", [](const std::string& path) { ReadMapFolder(path); });
 }
 
-// The last thing that a stage said, which is the error where it ended with one.
-std::string LastLine(const std::string& log_path) {
-  std::string text = ReadFile(log_path);
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  const size_t begin = text.rfind('\n');
-  return begin == std::string::npos ? text : text.substr(begin + 1);
-}
-
 // How far a stage has come by what it last said of it ("odometry  40 %"): a share.
 double ShareSaid(const std::string& log_path) {
   std::string text;
@@ -135,7 +108,7 @@ double ShareSaid(const std::string& log_path) {
 std::string RunStage(const std::vector<std::string>& arguments, const std::string& summary,
                      const std::string& log_path, const Progress& progress) {
   progress.Report(0);
-  const int code = RunChild(arguments, log_path, [&] { progress.Report(ShareSaid(log_path)); });
+  const int code = RunSelf(arguments, log_path, [&] { progress.Report(ShareSaid(log_path)); });
   if (Interrupted()) throw StoppedError("interrupted; finished runs are kept");
   if ((code == kExitSuccess || code == kExitFailedRun) && IsFinished(summary)) return "";
   if (code >= kExitSignal) {
@@ -259,76 +232,6 @@ MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
     measured.remarks.push_back(fmt::format("run {} failed: {}", repeat + 1, made.problem));
   }
   return measured;
-}
-
-}  // namespace slcmap::commands
-
-extern char** environ;
-
-namespace slcmap::inline commands {
-namespace {
-
-constexpr auto kPause = std::chrono::milliseconds(20);
-constexpr auto kWatch = std::chrono::milliseconds(200);  // between two calls of watch()
-
-// What a process gets beside its arguments; freed at the end.
-struct Surroundings {
-  explicit Surroundings(const std::string& log_path) {
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log_path.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawnattr_init(&attributes);
-    // A group of its own: Ctrl-C of the terminal comes to it through this process alone, once.
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    posix_spawnattr_setpgroup(&attributes, 0);
-  }
-  ~Surroundings() {
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-  }
-  Surroundings(const Surroundings&) = delete;
-  Surroundings& operator=(const Surroundings&) = delete;
-
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-};
-
-int ExitCode(int status) {
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kExitSignal + WTERMSIG(status);
-}
-
-}  // namespace
-
-int RunChild(const std::vector<std::string>& arguments, const std::string& log_path,
-             const std::function<void()>& watch) {
-  const Surroundings surroundings(log_path);
-  std::vector<std::string> all = {"slcmap"};
-  all.insert(all.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& argument : all) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  const int error = posix_spawn(&child, "/proc/self/exe", &surroundings.files,
-                                &surroundings.attributes, argv.data(), environ);
-  if (error != 0) {
-    throw OutputError(
-        fmt::format("{}: slcmap could not be started again: {}", log_path, std::strerror(error)));
-  }
-  bool passed_on = false;
-  auto watched = std::chrono::steady_clock::now();
-  int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
-    if (Interrupted() && !passed_on) {
-      kill(child, SIGTERM);  // a child of a background job ignores SIGINT
-      passed_on = true;
-    }
-    std::this_thread::sleep_for(kPause);
-    if (std::chrono::steady_clock::now() - watched < kWatch) continue;
-    watch();
-    watched = std::chrono::steady_clock::now();
-  }
-  return ExitCode(status);
 }
 
 }  // namespace slcmap::commands

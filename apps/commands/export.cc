@@ -280,11 +280,16 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                static_cast<double>(page.size()) * 1e-6);
 }
 
+std::string ShareFolder() {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return (program.parent_path().parent_path() / "share/slcmap").string();
+}
+
 std::string ReadPageTemplate() {
   namespace fs = std::filesystem;
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path path = program.parent_path().parent_path() / "share/slcmap/page/page.html";
+  const fs::path path = ShareFolder() + "/page/page.html";
   if (fs::is_regular_file(path, error)) return ReadFile(path);
   throw DataError(fmt::format(
       "{}: found no page, expected the one that is made with the program: build it again where npm "

@@ -34,11 +34,12 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress);
 
-// Where the program finds the page that it puts maps into.
+// Where the program finds the files that it comes with: share/slcmap beside its own folder, where
+// both the build and the installation put them.
+std::string ShareFolder();
 
-// The page's template: the file share/slcmap/page/page.html beside the program's folder, where both
-// the build and the installation put it. Throws DataError, saying how to get it, where the program
-// was built without it.
+// The page's template, which maps are put into: page/page.html there. Throws DataError, saying how
+// to get it, where the program was built without it.
 std::string ReadPageTemplate();
 
 }  // namespace slcmap::commands

@@ -379,4 +379,14 @@ InputLock::~InputLock() {
   if (lock_ >= 0) close(lock_);
 }
 
+// Not closed where a program is started.
+FolderTurn::FolderTurn(const std::string& folder)
+    : lock_(open(folder.c_str(), O_RDONLY | O_DIRECTORY)) {}
+
+bool FolderTurn::Take() { return TakeLock(lock_, LOCK_EX); }
+
+FolderTurn::~FolderTurn() {
+  if (lock_ >= 0) close(lock_);
+}
+
 }  // namespace slcmap::data

@@ -123,4 +123,21 @@ class InputLock {
   int lock_ = -1;
 };
 
+// The turn of one process in a folder that several may work on: not what a stage writes, whose
+// folders have their own lock. Programs that it starts hold the turn, too, as long as they run,
+// also where the process itself is killed.
+class FolderTurn {
+ public:
+  explicit FolderTurn(const std::string& folder);  // makes nothing, takes nothing
+  ~FolderTurn();
+  FolderTurn(const FolderTurn&) = delete;
+  FolderTurn& operator=(const FolderTurn&) = delete;
+
+  // False where another has it. On a file system without locks everybody has it.
+  bool Take();
+
+ private:
+  int lock_ = -1;
+};
+
 }  // namespace slcmap::data

@@ -1,0 +1,253 @@
+#include "apps/batch/site.h"
+
+#include <glob.h>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/io/yaml.h"
+#include "data/source/sequence.h"
+
+namespace slcmap::inline batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of all that is wrong, so that a file is put right in one go.
+class Faults {
+ public:
+  explicit Faults(std::string file) : file_(std::move(file)) {}
+  void Add(const std::string& fault) { faults_.push_back(fault); }
+
+  void Refuse() const {
+    constexpr std::size_t kMostTold = 8;
+    if (faults_.empty()) return;
+    const auto told = static_cast<std::ptrdiff_t>(std::min(faults_.size(), kMostTold));
+    const std::string more =
+        faults_.size() > kMostTold ? fmt::format("; and {} more", faults_.size() - kMostTold) : "";
+    throw ConfigError(fmt::format("{}: {}{}", file_,
+                                  fmt::join(faults_.begin(), faults_.begin() + told, "; "), more));
+  }
+
+ private:
+  const std::string file_;
+  std::vector<std::string> faults_;
+};
+
+// From the folder of the site file.
+std::string FullPath(const fs::path& folder, const std::string& path) {
+  return path.empty() ? "" : fs::weakly_canonical(folder / path).string();
+}
+
+bool IsNameLetter(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
+}
+
+// Names become folders, and words of commands.
+void CheckName(const std::string& key, const std::string& name, Faults* faults) {
+  constexpr std::size_t kLongest = 80;
+  if (!name.empty() && name.size() <= kLongest && std::ranges::all_of(name, IsNameLetter) &&
+      name.front() != '.' && name.front() != '-') {
+    return;
+  }
+  faults->Add(fmt::format(
+      "{}: found '{}', expected up to {} letters, digits, '.', '_' or '-', none of the last first",
+      key, name, kLongest));
+}
+
+void CheckDate(const std::string& place, const std::string& date, Faults* faults) {
+  bool is_date = date.size() == 10;
+  for (std::size_t i = 0; is_date && i < date.size(); ++i) {
+    const bool is_dash = i == 4 || i == 7;
+    is_date = is_dash ? date[i] == '-' : std::isdigit(static_cast<unsigned char>(date[i])) != 0;
+  }
+  if (!is_date && !date.empty()) {
+    faults->Add(fmt::format("{}.date: found '{}', expected YYYY-MM-DD", place, date));
+  }
+}
+
+// The folder's name, or that of the one above mav0, in letters of names.
+std::string NameOfFolder(const std::string& path) {
+  const fs::path folder(path);
+  std::string name =
+      (folder.filename() == "mav0" ? folder.parent_path() : folder).filename().string();
+  for (char& c : name) {
+    if (!IsNameLetter(c)) c = '_';
+  }
+  return name;
+}
+
+// Those that the pattern stands for, sorted; others than folders are left out, and said.
+std::vector<std::string> MatchingFolders(const std::string& pattern) {
+  std::vector<std::string> folders;
+  glob_t found{};
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0) {
+    for (std::size_t i = 0; i < found.gl_pathc; ++i) {
+      const std::string path = found.gl_pathv[i];
+      if (fs::is_directory(path)) {
+        folders.push_back(path);
+      } else {
+        spdlog::warn("{}: left out, as it is no folder; slcmap convert makes one of a bag", path);
+      }
+    }
+  }
+  globfree(&found);
+  return folders;
+}
+
+// An entry of `recordings` as the file has it; the path may stand for several.
+SiteRecording ReadEntry(YamlSection section, const fs::path& folder) {
+  SiteRecording entry;
+  entry.building = kOnlyBuilding;
+  section.Read("path", &entry.path);
+  section.Read("calibration", &entry.calibration);
+  section.Read("cameras", &entry.cameras);
+  section.Read("name", &entry.name);
+  section.Read("building", &entry.building);
+  section.Read("storey", &entry.storey);
+  section.Read("date", &entry.date);
+  section.Finish();
+  if (entry.path.empty()) {
+    throw ConfigError(section.place() + ".path: found none, expected a recording's folder");
+  }
+  entry.calibration = FullPath(folder, entry.calibration);
+  return entry;
+}
+
+void AddRecordings(const std::string& place, const SiteRecording& entry, const fs::path& folder,
+                   Site* site, Faults* faults) {
+  const bool is_pattern = entry.path.find_first_of("*?[") != std::string::npos;
+  std::vector<std::string> paths = {(folder / entry.path).string()};
+  if (is_pattern) paths = MatchingFolders(paths.front());
+  if (paths.empty()) {
+    faults->Add(fmt::format("{}.path: found no folder like {}, expected some", place, entry.path));
+  }
+  if (paths.size() > 1 && !entry.name.empty()) {
+    faults->Add(
+        fmt::format("{}.name: found '{}' for {} recordings, expected none: their folders' "
+                    "names are taken",
+                    place, entry.name, paths.size()));
+  }
+  CheckName(place + ".building", entry.building, faults);
+  if (!entry.storey.empty()) CheckName(place + ".storey", entry.storey, faults);
+  CheckDate(place, entry.date, faults);
+  for (const std::string& path : paths) {
+    SiteRecording recording = entry;
+    recording.path = FullPath(folder, path);
+    if (recording.name.empty()) recording.name = NameOfFolder(recording.path);
+    CheckName(place + ".name", recording.name, faults);
+    site->recordings.push_back(recording);
+  }
+}
+
+void ReadPlanEntries(YamlSection* root, const fs::path& folder, Site* site, Faults* faults) {
+  for (YamlSection& section : root->List("plans")) {
+    SitePlan plan;
+    plan.building = kOnlyBuilding;
+    section.Read("building", &plan.building);
+    section.Read("storey", &plan.storey);
+    section.Read("image", &plan.image);
+    section.Read("pixel_m", &plan.pixel_m);
+    section.Finish();
+    const std::string place = fmt::format("plans[{}]", site->plans.size());
+    plan.image = FullPath(folder, plan.image);
+    if (!fs::is_regular_file(plan.image)) {
+      faults->Add(fmt::format("{}.image: found '{}', expected a file", place, plan.image));
+    }
+    if (!(plan.pixel_m > 0 && plan.pixel_m <= 1)) {
+      faults->Add(fmt::format("{}.pixel_m: found {}, expected metres a pixel, at most 1", place,
+                              plan.pixel_m));
+    }
+    site->plans.push_back(plan);
+  }
+}
+
+// A recording's folder and calibration, as the program opens them; damage within is for its job to
+// tell.
+void CheckRecording(const SiteRecording& recording, Faults* faults) {
+  try {
+    Warnings ignored;
+    const std::string folder = FindAslFolder(recording.path);
+    if (recording.calibration.empty()) {
+      FindCalibration(folder, &ignored, Mirrored::kRefused, recording.cameras);
+    } else {
+      ReadCalibration(recording.calibration, &ignored, Mirrored::kRefused, recording.cameras);
+    }
+  } catch (const Error& error) {
+    faults->Add(fmt::format("recording {}: {}", recording.name, error.what()));
+  }
+}
+
+void RefuseTwins(const Site& site, Faults* faults) {
+  std::map<std::string, std::string> by_name, by_path;
+  for (const SiteRecording& recording : site.recordings) {
+    const auto [named, is_new] = by_name.emplace(recording.name, recording.path);
+    if (!is_new) {
+      faults->Add(
+          fmt::format("recordings: found two of the name {}, {} and {}, expected names of "
+                      "their own",
+                      recording.name, named->second, recording.path));
+    }
+    if (!by_path.emplace(recording.path, recording.name).second) {
+      faults->Add(fmt::format("recordings: found {} twice, expected once", recording.path));
+    }
+  }
+}
+
+// Each has maps to be laid on, and none has two for the same.
+void CheckPlans(const Site& site, Faults* faults) {
+  std::set<std::pair<std::string, std::string>> places, planned;
+  for (const SiteRecording& recording : site.recordings) {
+    places.insert({recording.building, recording.storey});
+    places.insert({recording.building, ""});
+  }
+  for (const SitePlan& plan : site.plans) {
+    const std::string place =
+        plan.building + (plan.storey.empty() ? "" : ", storey " + plan.storey);
+    if (!places.contains({plan.building, plan.storey})) {
+      faults->Add(fmt::format("plans: found one of {}, of which no recording is", place));
+    }
+    if (!planned.insert({plan.building, plan.storey}).second) {
+      faults->Add(fmt::format("plans: found two of {}, expected one", place));
+    }
+  }
+}
+
+}  // namespace
+
+Site ReadSite(const std::string& path) {
+  YamlSection root = YamlSection::FromFile(path);
+  const fs::path folder = fs::absolute(path).parent_path();
+  Site site;
+  Faults faults(path);
+  int index = 0;
+  for (YamlSection& section : root.List("recordings")) {
+    AddRecordings(fmt::format("recordings[{}]", index++), ReadEntry(section, folder), folder, &site,
+                  &faults);
+  }
+  root.Read("method", &site.method);
+  root.Read("config", &site.config);
+  root.Read("exports", &site.exports);
+  ReadPlanEntries(&root, folder, &site, &faults);
+  root.Finish();
+  if (index == 0) faults.Add("recordings: found none, expected a list of some");
+  site.config = FullPath(folder, site.config);
+  RefuseTwins(site, &faults);
+  CheckPlans(site, &faults);
+  for (const SiteRecording& recording : site.recordings) CheckRecording(recording, &faults);
+  faults.Refuse();
+  std::ranges::sort(site.recordings, {}, [](const SiteRecording& recording) {
+    return std::tie(recording.date, recording.name);
+  });
+  return site;
+}
+
+}  // namespace slcmap::batch

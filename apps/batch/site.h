@@ -1,0 +1,45 @@
+// A site: recordings of buildings, and what is to be made of them, as a YAML file says it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace slcmap::inline batch {
+
+struct SiteRecording {
+  std::string name;          // of its folder: letters, digits, '.', '_' and '-'
+  std::string path;          // in full: an EuRoC (ASL) or TUM VI folder
+  std::string calibration;   // in full; "": its own
+  std::vector<int> cameras;  // empty: the best pair
+  std::string building;
+  std::string storey;  // "": not said, as of a walk through several
+  std::string date;    // YYYY-MM-DD; "": not said
+};
+
+// An image of a storey's plan, or of a building's of one storey.
+struct SitePlan {
+  std::string building, storey;
+  std::string image;  // in full
+  double pixel_m = 0;
+};
+
+struct Site {
+  std::vector<SiteRecording> recordings;  // by date and name: the first of a building has its world
+  std::string method;                     // "": the configuration's
+  std::string config;                     // a file; "": the defaults
+  std::vector<std::string> exports;       // formats of `export`, and "page"
+  std::vector<SitePlan> plans;
+};
+
+// Beside the formats of `export`.
+inline constexpr const char* kPageFormat = "page";
+
+// The building of recordings that do not say one.
+inline constexpr const char* kOnlyBuilding = "building";
+
+// Reads a site file; paths are from its folder, and those of recordings may have wildcards, for
+// which all folders stand that match. Throws ConfigError for keys and values that cannot be; of
+// what is wrong with names, files, recordings' folders and calibrations it names all that there is.
+Site ReadSite(const std::string& path);
+
+}  // namespace slcmap::batch

@@ -1,0 +1,217 @@
+#include "apps/batch/status.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+
+#include "data/io/json.h"
+#include "data/io/output_folder.h"
+
+namespace slcmap::inline batch {
+namespace {
+
+constexpr char kRunning[] = "running", kWaiting[] = "waiting";
+
+constexpr char kStatusStyle[] = R"(
+:root { color-scheme: light dark; }
+body { margin: 0 auto; padding: 2rem 1.2rem; max-width: 1180px;
+  font: 15px/1.5 system-ui, sans-serif; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
+th, td { padding: 4px 10px; text-align: left; border-bottom: 1px solid #8884; vertical-align: top;
+  overflow-wrap: anywhere; }
+td.number { text-align: right; } tr.failed td { background: #d4423322; }
+tr.doubtful td { background: #d6a01722; }
+)";
+
+bool IsRunning(const std::string& folder) {
+  std::error_code error;
+  return std::filesystem::is_directory(folder, error) && !FolderTurn(folder).Take();
+}
+
+void ReadJobStatus(const std::string& folder, const Workflow& workflow, const Job& job,
+                   JobStatus* status) {
+  const std::string own = folder + "/" + job.name;
+  status->name = job.name;
+  status->state = kWaiting;
+  const auto result = ReadJobResult(own);
+  const bool has_ended = result && result->state != JobState::kBegun &&
+                         result->key == ComputeJobKey(folder, workflow, job);
+  if (has_ended) {
+    status->state = JobStateName(result->state);
+    status->result = *result;
+  } else if (IsRunning(own)) {
+    status->state = kRunning;
+  }
+}
+
+// Of each recording, as later jobs have larger ones.
+std::map<std::string, std::string> FindLargestMaps(const SiteStatus& status) {
+  std::map<std::string, std::string> maps;
+  const auto add = [&](const JobStatus& job) {
+    for (const JobMap& map : job.result.maps) {
+      for (const std::string& name : map.recordings) maps[name] = map.path;
+    }
+  };
+  for (const RecordingStatus& recording : status.recordings) add(recording);
+  for (const JobStatus& job : status.others) {
+    if (job.name.starts_with(kMergeJobs)) add(job);
+  }
+  return maps;
+}
+
+// What a row says beside its figures.
+std::string Remark(const JobStatus& job) {
+  std::string text = job.result.reason;
+  if (!job.result.remedy.empty()) text += "; remedy: " + job.result.remedy;
+  for (const MapsApart& pair : job.result.apart) {
+    text += fmt::format("{}{} and {} stay apart: {}", text.empty() ? "" : "; ", pair.first,
+                        pair.second, pair.reason);
+  }
+  return text;
+}
+
+std::string Length(const RecordingStatus& recording) {
+  return recording.result.length_m > 0 ? fmt::format("{:.1f}", recording.result.length_m) : "";
+}
+
+std::string PathsOfMaps(const JobStatus& job) {
+  std::vector<std::string> paths;
+  for (const JobMap& map : job.result.maps) paths.push_back(map.path);
+  return fmt::format("{}", fmt::join(paths, ", "));
+}
+
+// Columns as wide as their widest cell; the last one as it is.
+template <std::size_t N>
+std::string AlignColumns(const std::vector<std::array<std::string, N>>& rows) {
+  std::array<std::size_t, N> widths{};
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < N; ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i + 1 < N; ++i) line += fmt::format("{:<{}}  ", row[i], widths[i]);
+    line += row.back();
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+Json JobStatusJson(const JobStatus& job) {
+  Json json = {{"job", job.name},
+               {"state", job.state},
+               {"reason", job.result.reason},
+               {"remedy", job.result.remedy},
+               {"maps", Json::array()},
+               {"apart", Json::array()}};
+  for (const JobMap& map : job.result.maps) {
+    json["maps"].push_back({{"path", map.path}, {"recordings", map.recordings}});
+  }
+  for (const MapsApart& pair : job.result.apart) {
+    json["apart"].push_back(
+        {{"first", pair.first}, {"second", pair.second}, {"reason", pair.reason}});
+  }
+  return json;
+}
+
+template <std::size_t N>
+std::string HtmlRow(const std::string& kind, const std::array<std::string, N>& cells) {
+  std::string html = fmt::format("<tr class=\"{}\">", kind);
+  for (const std::string& cell : cells) html += "<td>" + EscapeMarkup(cell) + "</td>";
+  return html + "</tr>\n";
+}
+
+}  // namespace
+
+std::string SiteStatus::Failures() const {
+  const auto failed = [](const JobStatus& job) {
+    return job.state == JobStateName(JobState::kFailed);
+  };
+  const auto count = std::ranges::count_if(recordings, failed);
+  if (count > 0) {
+    const auto first = std::ranges::find_if(recordings, failed);
+    return fmt::format("{} of {} recordings failed, first {}: {}", count, recordings.size(),
+                       first->recording.name, first->result.reason);
+  }
+  const auto other = std::ranges::find_if(others, failed);
+  if (other != others.end()) return fmt::format("{} failed: {}", other->name, other->result.reason);
+  return "";
+}
+
+SiteStatus ReadStatus(const std::string& folder, const Workflow& workflow) {
+  SiteStatus status;
+  for (const Job& job : workflow.jobs) {
+    if (!IsRecordingJob(job)) {
+      ReadJobStatus(folder, workflow, job, &status.others.emplace_back());
+      continue;
+    }
+    RecordingStatus& recording = status.recordings.emplace_back();
+    ReadJobStatus(folder, workflow, job, &recording);
+    recording.recording = workflow.FindRecording(RecordingName(job));
+  }
+  const std::map<std::string, std::string> maps = FindLargestMaps(status);
+  for (RecordingStatus& recording : status.recordings) {
+    const auto map = maps.find(recording.recording.name);
+    if (map != maps.end()) recording.map = map->second;
+  }
+  return status;
+}
+
+std::string StatusTable(const SiteStatus& status) {
+  std::vector<std::array<std::string, 6>> rows = {
+      {"recording", "state", "verdict", "length [m]", "map", "reason"}};
+  for (const RecordingStatus& recording : status.recordings) {
+    rows.push_back({recording.recording.name, recording.state, recording.result.verdict,
+                    Length(recording), recording.map, Remark(recording)});
+  }
+  std::vector<std::array<std::string, 4>> others = {{"job", "state", "made", "reason"}};
+  for (const JobStatus& job : status.others) {
+    others.push_back({job.name, job.state, PathsOfMaps(job), Remark(job)});
+  }
+  return AlignColumns(rows) + (status.others.empty() ? "" : "\n" + AlignColumns(others));
+}
+
+std::string StatusJson(const SiteStatus& status) {
+  Json json = {{"format", "slcmap site status"},
+               {"version", 1},
+               {"recordings", Json::array()},
+               {"jobs", Json::array()}};
+  for (const RecordingStatus& recording : status.recordings) {
+    Json entry = JobStatusJson(recording);
+    entry["name"] = recording.recording.name;
+    entry["building"] = recording.recording.building;
+    entry["storey"] = recording.recording.storey;
+    entry["date"] = recording.recording.date;
+    entry["verdict"] = recording.result.verdict;
+    entry["length_m"] = RoundedForJson(recording.result.length_m);
+    entry["map"] = recording.map;
+    json["recordings"].push_back(entry);
+  }
+  for (const JobStatus& job : status.others) json["jobs"].push_back(JobStatusJson(job));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string StatusPage(const SiteStatus& status) {
+  std::string html = fmt::format(
+      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Site</title><style>{}"
+      "</style>\n<h1>Site</h1>\n<table><tr><th>recording<th>building<th>storey<th>date<th>state"
+      "<th>verdict<th>length [m]<th>map<th>reason</tr>\n",
+      kStatusStyle);
+  for (const RecordingStatus& row : status.recordings) {
+    const std::string& kind =
+        row.state == JobStateName(JobState::kDone) ? row.result.verdict : row.state;
+    const SiteRecording& of = row.recording;
+    html += HtmlRow<9>(kind, {of.name, of.building, of.storey, of.date, row.state,
+                              row.result.verdict, Length(row), row.map, Remark(row)});
+  }
+  html +=
+      "</table>\n<h2>Merges and exports</h2>\n<table><tr><th>job<th>state<th>made<th>reason"
+      "</tr>\n";
+  for (const JobStatus& job : status.others) {
+    html += HtmlRow<4>(job.state, {job.name, job.state, PathsOfMaps(job), Remark(job)});
+  }
+  return html + "</table></html>\n";
+}
+
+}  // namespace slcmap::batch

@@ -1,0 +1,248 @@
+#include "apps/batch/workflow.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "apps/batch/results.h"
+#include "data/io/json.h"
+#include "data/version.h"
+
+namespace slcmap::inline batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kWorkflowFormat[] = "slcmap site";
+constexpr int kWorkflowVersion = 1;
+
+// A job merges so many results at most: its merges go one after the other.
+constexpr std::size_t kMostMerged = 4;
+
+std::string JobName(const char* kind, const std::string& name) {
+  return std::string(kind) + "/" + name;
+}
+
+// The job whose result holds all of those, which it adds with those before it. Letters that names
+// do not have tell its own name from others.
+std::string AddMerges(const std::string& node, std::vector<std::string> inputs,
+                      std::vector<Job>* jobs) {
+  for (int level = 1; inputs.size() > kMostMerged; ++level) {
+    std::vector<std::string> merged;
+    for (std::size_t from = 0; from < inputs.size(); from += kMostMerged) {
+      const auto begin = inputs.begin() + static_cast<std::ptrdiff_t>(from);
+      const auto end =
+          begin + static_cast<std::ptrdiff_t>(std::min(kMostMerged, inputs.size() - from));
+      merged.push_back(
+          AddMerges(fmt::format("{}~{}.{}", node, level, merged.size() + 1), {begin, end}, jobs));
+    }
+    inputs = std::move(merged);
+  }
+  if (inputs.size() == 1) return inputs.front();
+  jobs->push_back({JobName(kMergeJobs, node), std::move(inputs), "", {}});
+  return jobs->back().name;
+}
+
+std::string NodeName(const std::string& building, const std::string& storey) {
+  return storey.empty() ? building : building + "+" + storey;
+}
+
+// The recordings of a storey, in the site's order.
+struct StoreyJobs {
+  std::string storey;
+  std::vector<std::string> jobs;
+};
+
+// Storeys by their first recordings; those of none last: they may join the others.
+std::vector<StoreyJobs> ListStoreys(const Site& site, const std::string& building) {
+  std::vector<StoreyJobs> storeys;
+  for (const bool named : {true, false}) {
+    for (const SiteRecording& recording : site.recordings) {
+      if (recording.building != building || recording.storey.empty() == named) continue;
+      auto storey = std::ranges::find(storeys, recording.storey, &StoreyJobs::storey);
+      if (storey == storeys.end()) {
+        storey = storeys.insert(storeys.end(), {recording.storey, {}});
+      }
+      storey->jobs.push_back(JobName(kRecordingJobs, recording.name));
+    }
+  }
+  return storeys;
+}
+
+std::optional<SitePlan> FindPlan(const Site& site, const std::string& building,
+                                 const std::string& storey) {
+  for (const SitePlan& plan : site.plans) {
+    if (plan.building == building && plan.storey == storey) return plan;
+  }
+  return std::nullopt;
+}
+
+void AddExport(const Site& site, const std::string& node, const std::string& after,
+               const std::optional<SitePlan>& plan, std::vector<Job>* jobs) {
+  if (site.exports.empty() && !plan) return;
+  jobs->push_back({JobName(kExportJobs, node), {after}, "", plan});
+}
+
+void AddBuilding(const Site& site, const std::string& building, std::vector<Job>* jobs) {
+  const std::vector<StoreyJobs> storeys = ListStoreys(site, building);
+  std::vector<std::string> merged;
+  for (const StoreyJobs& storey : storeys) {
+    if (storey.storey.empty() && storeys.size() > 1) {
+      merged.insert(merged.end(), storey.jobs.begin(), storey.jobs.end());
+      continue;
+    }
+    merged.push_back(AddMerges(NodeName(building, storey.storey), storey.jobs, jobs));
+    const auto plan = FindPlan(site, building, storey.storey);
+    if (plan && storeys.size() > 1) {
+      AddExport(site, NodeName(building, storey.storey), merged.back(), plan, jobs);
+    }
+  }
+  auto plan = FindPlan(site, building, "");
+  if (!plan && storeys.size() == 1) plan = FindPlan(site, building, storeys.front().storey);
+  const std::string all = AddMerges(building, merged, jobs);
+  AddExport(site, building, all, plan, jobs);
+}
+
+Json RecordingJson(const SiteRecording& recording) {
+  return {{"name", recording.name},
+          {"path", recording.path},
+          {"calibration", recording.calibration},
+          {"cameras", recording.cameras},
+          {"building", recording.building},
+          {"storey", recording.storey},
+          {"date", recording.date}};
+}
+
+SiteRecording ParseRecording(const Json& json) {
+  return {json.at("name"),     json.at("path"),   json.at("calibration"), json.at("cameras"),
+          json.at("building"), json.at("storey"), json.at("date")};
+}
+
+Json JobJson(const Job& job) {
+  Json json = {{"after", job.after}, {"key", job.key}};
+  if (job.plan) json["plan"] = {{"image", job.plan->image}, {"pixel_m", job.plan->pixel_m}};
+  return json;
+}
+
+Job ParseJob(const std::string& name, const Json& json) {
+  Job job{name, json.at("after"), json.at("key"), {}};
+  if (json.contains("plan")) {
+    job.plan = SitePlan{"", "", json.at("plan").at("image"), json.at("plan").at("pixel_m")};
+  }
+  return job;
+}
+
+Workflow ParseWorkflow(const std::string& path, const Json& json) {
+  CheckFormat(path, json, kWorkflowFormat, kWorkflowVersion, kWorkflowVersion);
+  Workflow workflow;
+  workflow.program = json.at("program");
+  workflow.site.method = json.at("method");
+  workflow.site.config = json.at("config");
+  workflow.site.exports = json.at("exports").get<std::vector<std::string>>();
+  for (const Json& entry : json.at("recordings")) {
+    workflow.site.recordings.push_back(ParseRecording(entry));
+  }
+  for (const auto& [name, entry] : json.at("jobs").items()) {
+    workflow.jobs.push_back(ParseJob(name, entry));
+  }
+  return workflow;
+}
+
+// "" of none: a job that needs it says so.
+std::string BytesOfFile(const std::string& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error) ? ReadFile(path) : "";
+}
+
+}  // namespace
+
+const Job& Workflow::Find(const std::string& name) const {
+  const auto found = std::ranges::find(jobs, name, &Job::name);
+  if (found != jobs.end()) return *found;
+  throw DataError(fmt::format("{}: found no job {}, expected one of those", kWorkflowFile, name));
+}
+
+const SiteRecording& Workflow::FindRecording(const std::string& name) const {
+  const auto found = std::ranges::find(site.recordings, name, &SiteRecording::name);
+  if (found != site.recordings.end()) return *found;
+  throw DataError(
+      fmt::format("{}: found no recording {}, expected one of those", kWorkflowFile, name));
+}
+
+bool IsRecordingJob(const Job& job) {
+  return job.name.starts_with(std::string(kRecordingJobs) + "/");
+}
+
+std::string RecordingName(const Job& job) { return job.name.substr(job.name.find('/') + 1); }
+
+std::vector<Job> PlanJobs(const Site& site) {
+  std::vector<Job> jobs;
+  std::vector<std::string> buildings;
+  for (const SiteRecording& recording : site.recordings) {
+    jobs.push_back({JobName(kRecordingJobs, recording.name), {}, "", {}});
+    if (std::ranges::find(buildings, recording.building) == buildings.end()) {
+      buildings.push_back(recording.building);
+    }
+  }
+  for (const std::string& building : buildings) AddBuilding(site, building, &jobs);
+  return jobs;
+}
+
+void WriteWorkflow(const std::string& folder, const Workflow& workflow) {
+  Json json = {{"format", kWorkflowFormat},      {"version", kWorkflowVersion},
+               {"program", workflow.program},    {"method", workflow.site.method},
+               {"config", workflow.site.config}, {"exports", workflow.site.exports},
+               {"recordings", Json::array()},    {"jobs", Json::object()}};
+  for (const SiteRecording& recording : workflow.site.recordings) {
+    json["recordings"].push_back(RecordingJson(recording));
+  }
+  for (const Job& job : workflow.jobs) json["jobs"][job.name] = JobJson(job);
+  ReplaceFile(folder + "/" + kWorkflowFile,
+              json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Workflow ReadWorkflow(const std::string& folder) {
+  const std::string path = folder + "/" + kWorkflowFile;
+  return ParseJsonFile(path, [&](const Json& json) { return ParseWorkflow(path, json); });
+}
+
+std::string MapIdIn(const std::string& folder) {
+  const std::string path = folder + "/map.json";
+  std::error_code error;
+  if (!fs::exists(path, error)) return "";
+  return ParseJsonFile(path, [](const Json& json) { return json.at("id").get<std::string>(); });
+}
+
+std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, const Job& job) {
+  if (IsRecordingJob(job)) return job.key;
+  std::string text = std::string(kVersion) + "\n";
+  if (!workflow.site.config.empty()) text += BytesOfFile(folder + "/" + workflow.site.config);
+  for (const std::string& before : job.after) {
+    const auto result = ReadJobResult(folder + "/" + before);
+    if (!result || result->state != JobState::kDone) continue;
+    for (const JobMap& map : result->maps) {
+      text += fmt::format("{} {}\n", map.path, MapIdIn(folder + "/" + map.path));
+      // Which maps may be joined hangs on what the site says of their storeys.
+      for (const std::string& name : map.recordings) {
+        text += name + " " + workflow.FindRecording(name).storey + "\n";
+      }
+    }
+    for (const MapsApart& pair : result->apart) text += pair.first + " " + pair.second + "\n";
+  }
+  if (job.name.starts_with(kExportJobs))
+    text += fmt::format("{}\n", fmt::join(workflow.site.exports, " "));
+  if (job.plan) text += fmt::format("{}\n{}", job.plan->pixel_m, BytesOfFile(job.plan->image));
+  return Checksum(text);
+}
+
+bool IsCurrent(const std::string& folder, const Workflow& workflow, const Job& job) {
+  const auto result = ReadJobResult(folder + "/" + job.name);
+  if (!result || result->state != JobState::kDone) return false;
+  std::error_code error;
+  for (const JobMap& map : result->maps) {
+    if (!fs::exists(folder + "/" + map.path, error)) return false;
+  }
+  return result->key == ComputeJobKey(folder, workflow, job);
+}
+
+}  // namespace slcmap::batch
