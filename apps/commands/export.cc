@@ -16,6 +16,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
+#include "data/io/program_files.h"
 #include "data/source/asl_source.h"
 #include "export/export.h"
 
@@ -280,21 +281,12 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                static_cast<double>(page.size()) * 1e-6);
 }
 
-std::string ShareFolder() {
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (program.parent_path().parent_path() / "share/slcmap").string();
-}
-
 std::string ReadPageTemplate() {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path path = ShareFolder() + "/page/page.html";
-  if (fs::is_regular_file(path, error)) return ReadFile(path);
-  throw DataError(fmt::format(
-      "{}: found no page, expected the one that is made with the program: build it again where npm "
-      "is installed and can fetch packages",
-      path.string()));
+  const std::string path = FindSharedFile("page/page.html");
+  if (!path.empty()) return ReadFile(path);
+  throw DataError(
+      "share/slcmap/page/page.html: found no page above the program, expected the one that is made "
+      "with it: build it again where npm is installed and can fetch packages");
 }
 
 }  // namespace slcmap::commands

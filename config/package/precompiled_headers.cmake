@@ -39,6 +39,7 @@ endfunction()
 
 if(SLCMAP_PRECOMPILE_HEADERS)
   slcmap_precompile(slcmap_precompiled "")
+  target_compile_options(slcmap_precompiled PRIVATE ${SLCMAP_LIBRARY_OPTIONS})
   foreach(folder data odometry mapping export apps)
     slcmap_use_precompiled(${PROJECT_SOURCE_DIR}/${folder})
   endforeach()

@@ -14,6 +14,7 @@
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/io/program_files.h"
 #include "data/simulator/made_motion.h"
 #include "data/simulator/motion.h"
 #include "data/simulator/scene/scene.h"
@@ -54,11 +55,8 @@ Eigen::Matrix3d AxesOff(double off_rad, Normal* normal) {
 
 // The folder config/ beside an installed program, or that of the sources.
 std::string ConfigFolder() {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path().parent_path() / "share/slcmap/config";
-  return fs::is_directory(installed, error) ? installed.string() : SLCMAP_CONFIG_FOLDER;
+  const std::string installed = FindSharedFile("config");
+  return installed.empty() ? SLCMAP_CONFIG_FOLDER : installed;
 }
 
 }  // namespace

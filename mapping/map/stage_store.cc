@@ -11,6 +11,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/json.h"
+#include "data/io/program_files.h"
 #include "data/version.h"
 
 namespace slcmap::inline mapping {
@@ -309,7 +310,7 @@ void StageStore::Remove(const std::string& folder) {
   fs::remove(folder, ignored);
 }
 
-std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
+std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile(ProgramFile()))); }
 
 std::string StageKey(const OdometryRun& run, const std::string& images, const std::string& options,
                      const std::string& program) {
