@@ -33,25 +33,6 @@ int PrintError(std::string message, int exit_code) {
   return exit_code;
 }
 
-void AddCommands(CLI::App& app) {
-  // In the order in which data flows; each is in the file of its name.
-  AddSimulateCommand(app);
-  AddCheckCommand(app);
-  AddConvertCommand(app);
-  AddOdometryCommand(app);
-  AddMapCommand(app);
-  AddMergeCommand(app);
-  AddRegisterCommand(app);
-  AddExportCommand(app);
-  AddViewCommand(app);
-  AddRunCommand(app);
-  AddEvaluateCommand(app);
-  AddCompareCommand(app);
-  AddBatchCommand(app);
-  AddHelpCommand(app);
-  RefuseEmptyValues(app);
-}
-
 // Before and behind the command, as users expect it.
 void AddLogFlags(CLI::App& app) {
   app.add_flag_callback(
@@ -70,9 +51,7 @@ void SetUpLog() {
 
 int RunProgram(int argc, char** argv) {
   CLI::App app("Maps buildings from the images of a stereo camera and the samples of an IMU.");
-  app.name("slcmap");
   app.set_version_flag("--version", kVersion);
-  app.require_subcommand(1);
   SetUpLog();
   AddCommands(app);
   app.footer(

@@ -21,6 +21,7 @@
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
+#include "data/io/program_files.h"
 #include "data/version.h"
 #include "export/export.h"
 
@@ -150,10 +151,9 @@ double ShareDone(const std::string& folder, const Workflow& workflow) {
 
 // One of those that slcmap comes with by its name; others as Snakemake finds them.
 std::string FindProfile(const std::string& profile) {
-  const std::string own = ShareFolder() + "/batch/" + profile;
-  std::error_code error;
-  return profile.find('/') == profile.npos && fs::exists(own + "/config.yaml", error) ? own
-                                                                                      : profile;
+  const bool is_name = profile.find('/') == profile.npos;
+  const std::string own = is_name ? FindSharedFile("batch/" + profile) : "";
+  return own.empty() ? profile : own;
 }
 
 int64_t MemoryOfMachine_mb() {
@@ -257,7 +257,7 @@ void RunSite(const BatchArguments& arguments) {
   }
   const Workflow workflow = PlanSite(folder, site);
   WriteWorkflow(folder, workflow);
-  ReplaceFile(folder + "/workflow/Snakefile", ReadFile(ShareFolder() + "/batch/Snakefile"));
+  ReplaceFile(folder + "/workflow/Snakefile", ReadFile(FindSharedFile("batch/Snakefile")));
   const int left = MarkWhatIsDone(folder, workflow);
   spdlog::info("{}: {} recordings, {} of {} jobs are to be done", arguments.output,
                site.recordings.size(), left, workflow.jobs.size());

@@ -140,6 +140,27 @@ std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error
                      where);
 }
 
+void AddCommands(CLI::App& app) {
+  app.name("slcmap");
+  app.require_subcommand(1);
+  // In the order in which data flows; each is in the file of its name.
+  AddSimulateCommand(app);
+  AddCheckCommand(app);
+  AddConvertCommand(app);
+  AddOdometryCommand(app);
+  AddMapCommand(app);
+  AddMergeCommand(app);
+  AddRegisterCommand(app);
+  AddExportCommand(app);
+  AddViewCommand(app);
+  AddRunCommand(app);
+  AddEvaluateCommand(app);
+  AddCompareCommand(app);
+  AddBatchCommand(app);
+  AddHelpCommand(app);
+  RefuseEmptyValues(app);
+}
+
 void CheckThreads(int threads) {
   if (threads >= 1 && threads <= 256) return;
   throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", threads));

@@ -23,6 +23,9 @@ void AddEvaluateCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
 void AddBatchCommand(CLI::App& app);
 
+// All of them, in the order in which data flows, and `help`; one of them is required.
+void AddCommands(CLI::App& app);
+
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;
 inline constexpr int kExitFailure = 1;  // bad data, or output that could not be written
@@ -35,6 +38,11 @@ void HandleInterruptions();
 
 // True once the user pressed Ctrl-C; long loops look at it and end with the results so far.
 bool Interrupted();
+
+// What Ctrl-C does, for those who catch it themselves, from any thread; and undone, before another
+// command.
+void Interrupt();
+void ForgetInterruption();
 
 // While it lives Ctrl-C ends the program at once, as nothing is written that could be lost: for
 // reading and computing before the first output. One at a time. Throws StoppedError where Ctrl-C

@@ -34,12 +34,8 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress);
 
-// Where the program finds the files that it comes with: share/slcmap beside its own folder, where
-// both the build and the installation put them.
-std::string ShareFolder();
-
-// The page's template, which maps are put into: page/page.html there. Throws DataError, saying how
-// to get it, where the program was built without it.
+// The template of the page that maps are put into, which is installed with the program. Throws
+// DataError, saying how to get it, where the program was built without it.
 std::string ReadPageTemplate();
 
 }  // namespace slcmap::commands

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -27,7 +28,14 @@ double Seconds(std::chrono::steady_clock::duration duration) {
 
 int Tenths(double share) { return static_cast<int>(10 * share + 1e-9); }
 
+ProgressListener& Listener() {
+  static ProgressListener listener;
+  return listener;
+}
+
 }  // namespace
+
+void SetProgressListener(ProgressListener listener) { Listener() = std::move(listener); }
 
 ProgressBar::ProgressBar(std::string label, Elsewhere elsewhere)
     : label_(std::move(label)),
@@ -57,6 +65,7 @@ bool ProgressBar::IsDue(double share) const {
 
 void ProgressBar::Update(double share, const std::function<std::string(double)>& figures) {
   share = std::clamp(share, 0.0, 1.0);
+  if (Listener()) return Listener()(label_, share);
   if (!IsDue(share)) return;
   last_shown_ = std::chrono::steady_clock::now();
   next_tenth_ = Tenths(share) + 1;
@@ -121,8 +130,10 @@ ProcessCost CostSoFar() {
 
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
-volatile std::sig_atomic_t ends_at_once = 0;
+// As handlers of signals may use them, and threads.
+std::atomic<int> interrupted = 0;
+std::atomic<int> ends_at_once = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
 
 void HandleSignal(int) {
   if (ends_at_once) {
@@ -151,6 +162,10 @@ void HandleInterruptions() {
 }
 
 bool Interrupted() { return interrupted != 0; }
+
+void Interrupt() { interrupted = 1; }
+
+void ForgetInterruption() { interrupted = 0; }
 
 EndsAtOnce::EndsAtOnce() {
   std::fflush(stdout);

@@ -54,6 +54,11 @@ class RecordingBar {
   const int64_t images_;
 };
 
+// Who is told by all bars how far they are, in [0, 1], instead of the terminal: in any thread, and
+// often. Set it while no command runs; {} for nobody.
+using ProgressListener = std::function<void(const std::string& label, double share)>;
+void SetProgressListener(ProgressListener listener);
+
 // For a stage of a library: shows a bar on a terminal, elsewhere a line now and then, and ends the
 // stage after Ctrl-C, which it says.
 Progress StageProgress(const std::string& label);

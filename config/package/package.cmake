@@ -55,7 +55,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/generated/slcmap-config-version.cmake
   DESTINATION ${SLCMAP_CMAKE} COMPONENT development)
 
-# Two Debian packages: `cpack -G DEB` in the build folder.
+# Debian packages: `cpack -G DEB` in the build folder.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "The slcmap authors <slcmap@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Maps buildings from a stereo camera and an IMU")
@@ -69,6 +69,23 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME slcmap)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libslcmap-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+# The page and the rigs of the simulator are the program's. A module is for one version of Python.
+if(SLCMAP_BUILD_PYTHON)
+  set(modules lib/python3/dist-packages)
+  install(TARGETS slcmap_python DESTINATION ${modules}/slcmap COMPONENT python)
+  install(DIRECTORY apps/python/slcmap DESTINATION ${modules} COMPONENT python
+    FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed")
+  install(DIRECTORY apps/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-slcmap
+    COMPONENT python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-slcmap)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "slcmap (= ${PROJECT_VERSION}), python3-numpy, \
+python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), \
+python3 (<< ${Python_VERSION_MAJOR}.${next_minor})")
+endif()
 # What slcmap-config.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libopencv-dev (>= 4.6), \
 libopencv-contrib-dev (>= 4.6), libceres-dev (>= 2.1), libyaml-cpp-dev, libspdlog-dev, libfmt-dev, \

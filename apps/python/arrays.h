@@ -1,0 +1,73 @@
+// numpy's arrays over what C++ holds, and the other way round.
+#pragma once
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/python/module.h"
+#include "data/io/trajectory.h"
+
+namespace slcmap::inline python {
+
+// A trajectory as a class of Python's.
+struct PyTrajectory {
+  Trajectory poses;
+};
+
+// A member of all rows, without a copy: n values, or n x columns that lie side by side from
+// first(row) on. Read-only; `owner` keeps the rows.
+template <typename Row, typename First>
+py::array Column(const std::vector<Row>& rows, First first, int columns, py::handle owner) {
+  using Value = std::remove_cv_t<std::remove_pointer_t<decltype(first(rows.front()))>>;
+  std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(rows.size())};
+  std::vector<py::ssize_t> strides = {sizeof(Row)};
+  if (columns > 1) {
+    shape.push_back(columns);
+    strides.push_back(sizeof(Value));
+  }
+  const Value* data = rows.empty() ? nullptr : first(rows.front());
+  py::array array(py::dtype::of<Value>(), shape, strides, data, owner);
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+// The same of values that are made: make(row) for each.
+template <typename Rows, typename Make>
+auto MadeColumn(const Rows& rows, Make make) {
+  using Value = decltype(make(*std::begin(rows)));
+  py::array_t<Value> array(static_cast<py::ssize_t>(std::size(rows)));
+  Value* to = array.mutable_data();
+  for (const auto& row : rows) *to++ = make(row);
+  return array;
+}
+
+// n x N of vectors with N numbers.
+template <int N>
+py::array_t<double> ToArray(const std::vector<Eigen::Matrix<double, N, 1>>& rows) {
+  py::array_t<double> array({static_cast<py::ssize_t>(rows.size()), py::ssize_t{N}});
+  double* to = array.mutable_data();
+  for (const auto& row : rows) to = std::copy(row.data(), row.data() + N, to);
+  return array;
+}
+
+// rows x columns of uint8, without a copy; None of an empty image.
+inline py::object ToArray(const cv::Mat& image) {
+  if (image.empty()) return py::none();
+  auto kept = std::make_unique<cv::Mat>(image);
+  const py::capsule owner(kept.get(), [](void* mat) { delete static_cast<cv::Mat*>(mat); });
+  const cv::Mat& mat = *kept.release();
+  return py::array_t<uint8_t>({mat.rows, mat.cols},
+                              {static_cast<py::ssize_t>(mat.step[0]), py::ssize_t{1}}, mat.data,
+                              owner);
+}
+
+}  // namespace slcmap::python

@@ -1,0 +1,325 @@
+// Maps and runs on disk.
+#include <pybind11/stl/filesystem.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "apps/python/arrays.h"
+#include "data/core/verdict.h"
+#include "mapping/map/map_folder.h"
+#include "odometry/run/run_folder.h"
+
+namespace slcmap::inline python {
+namespace {
+
+using LoadedMap = py::class_<MapResult>;
+
+// A property whose columns the map keeps.
+template <typename Rows, typename First>
+void AddColumn(LoadedMap& map, const char* name, Rows MapResult::*rows, int columns, First first,
+               const char* words) {
+  map.def_property_readonly(
+      name,
+      [=](const py::object& self) {
+        return Column(self.cast<const MapResult&>().*rows, first, columns, self);
+      },
+      words);
+}
+
+constexpr const char* kAxisNames[] = {"x", "y", "vertical", "none", "sloped"};
+
+py::list AxisNames(const std::vector<MapLine>& lines) {
+  py::list names;
+  for (const MapLine& line : lines) names.append(kAxisNames[static_cast<int>(line.axis)]);
+  return names;
+}
+
+const char* KindName(LineKind kind) {
+  switch (kind) {
+    case LineKind::kUnknown:
+      return "unknown";
+    case LineKind::kEdge:
+      return "edge";
+    case LineKind::kMark:
+      return "mark";
+    case LineKind::kPipe:
+      return "pipe";
+  }
+  return "unknown";
+}
+
+py::list KindNames(const MapResult& map) {
+  py::list names;
+  for (const MapLine& line : map.lines)
+    names.append(IsJunction(line) ? "junction" : KindName(line.kind));
+  return names;
+}
+
+// The ends lie side by side.
+const double* EndsBegin(const MapLine& line) { return line.start_world.data(); }
+static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+static_assert(offsetof(MapLine, end_world) ==
+              offsetof(MapLine, start_world) + sizeof(Eigen::Vector3d));
+
+void AddLines(LoadedMap& map) {
+  AddColumn(map, "lines", &MapResult::lines, 6, EndsBegin,
+            "n x 6: start and end in the world. A line with gaps has a row for each piece.");
+  AddColumn(map, "marks", &MapResult::marks, 6, EndsBegin,
+            "The same of lines that are on surfaces, and no edges of them.");
+  AddColumn(
+      map, "line_ids", &MapResult::lines, 1, [](const MapLine& l) { return &l.id; }, "n");
+  AddColumn(
+      map, "line_probability", &MapResult::lines, 1,
+      [](const MapLine& l) { return &l.edge_probability; }, "n: that it is an edge, and no mark.");
+  AddColumn(
+      map, "line_sigma_m", &MapResult::lines, 1, [](const MapLine& l) { return &l.sigma_m; },
+      "n: standard deviation across it, where that is largest.");
+  AddColumn(
+      map, "line_deviation_rad", &MapResult::lines, 1,
+      [](const MapLine& l) { return &l.deviation_rad; }, "n: between it and its axis.");
+  AddColumn(
+      map, "line_observations", &MapResult::lines, 1,
+      [](const MapLine& l) { return &l.observations; }, "n: views that saw it; 0 of junctions.");
+  map.def_property_readonly(
+      "line_axes", [](const MapResult& m) { return AxisNames(m.lines); },
+      "n of 'x', 'y', 'vertical', 'none', 'sloped'.");
+  map.def_property_readonly("line_kinds", &KindNames,
+                            "n of 'edge', 'unknown', 'pipe', 'junction' (of planes, not seen).");
+}
+
+void AddClouds(LoadedMap& map) {
+  AddColumn(
+      map, "points", &MapResult::points, 3, [](const MapPoint& p) { return p.p_world.data(); },
+      "n x 3: the sparse cloud.");
+  AddColumn(
+      map, "point_sigma_m", &MapResult::points, 1, [](const MapPoint& p) { return &p.sigma_m; },
+      "n");
+  AddColumn(
+      map, "point_line_ids", &MapResult::points, 1, [](const MapPoint& p) { return &p.line_id; },
+      "n: of the line that it lies on, or -1.");
+  const auto add_dense = [&](const char* name, auto rows, int columns, auto first,
+                             const char* words) {
+    AddColumn(map, name, rows, columns, first, words);
+  };
+  const auto place = [](const DensePoint& p) { return p.p_world.data(); };
+  const auto normal = [](const DensePoint& p) { return p.normal_world.data(); };
+  add_dense("dense", &MapResult::dense, 3, place, "n x 3: measured by stereo.");
+  add_dense("dense_normals", &MapResult::dense, 3, normal, "n x 3: towards the cameras.");
+  add_dense(
+      "dense_grey", &MapResult::dense, 1, [](const DensePoint& p) { return &p.grey; },
+      "n, uint8: the images' colour.");
+  add_dense(
+      "dense_sigma_m", &MapResult::dense, 1, [](const DensePoint& p) { return &p.sigma_m; },
+      "n: along the normals.");
+  add_dense("filled", &MapResult::filled, 3, place,
+            "n x 3: derived, on planes of the building where nothing was measured.");
+  add_dense("filled_normals", &MapResult::filled, 3, normal, "n x 3.");
+  map.def_property_readonly(
+      "occupied",
+      [](const MapResult& m) {
+        std::vector<Eigen::Vector4d> voxels;
+        for (const Voxel& voxel : m.occupancy.OccupiedVoxels()) {
+          voxels.emplace_back();
+          voxels.back() << voxel.centre_world, voxel.size_m;
+        }
+        return ToArray(voxels);
+      },
+      "n x 4: middles and edges of occupied voxels.");
+  map.def_property_readonly("voxel_m",
+                            [](const MapResult& m) { return m.occupancy.resolution_m(); });
+}
+
+py::dict ToDict(const PlaneOpening& opening) {
+  py::dict dict;
+  dict["kind"] = GetName(opening.kind);
+  dict["walked"] = opening.walked;
+  dict["clear_width_m"] = opening.clear_width_m;
+  dict["clear_height_m"] = opening.clear_height_m;
+  dict["outline"] = ToArray(opening.outline_world);
+  return dict;
+}
+
+py::dict ToDict(const BuildingPlane& plane) {
+  py::dict dict;
+  dict["id"] = plane.id;
+  dict["kind"] = GetName(plane.kind);
+  dict["storey"] = plane.storey;
+  dict["normal"] = plane.normal;
+  dict["offset_m"] = plane.offset_m;
+  dict["sigma_m"] = plane.sigma_m;
+  dict["outline"] = ToArray(plane.outline_world);
+  dict["room_ids"] = plane.room_ids;
+  dict["inferred"] = plane.inferred;
+  return dict;
+}
+
+py::dict ToDict(const Room& room) {
+  py::dict dict;
+  dict["id"] = room.id;
+  dict["name"] = fmt::format("Room {}", room.id + 1);  // as plans call it
+  dict["storey"] = room.storey;
+  py::list holes;
+  for (const PlanPoints& hole : room.polygon.holes) holes.append(ToArray(hole));
+  dict["polygon"] = ToArray(room.polygon.outline);
+  dict["holes"] = holes;
+  dict["area_m2"] = room.area_m2;
+  dict["floor_m"] = room.floor_m;
+  dict["height_m"] = room.height_m;
+  return dict;
+}
+
+py::dict ToDict(const PlanWall& wall) {
+  py::dict dict;
+  dict["id"] = wall.id;
+  dict["storey"] = wall.storey;
+  dict["start"] = wall.start;
+  dict["end"] = wall.end;
+  dict["thickness_m"] = wall.thickness_m;
+  dict["thickness_assumed"] = wall.thickness_assumed;
+  dict["sigma_m"] = wall.sigma_m;
+  dict["plane_ids"] = wall.plane_ids;
+  return dict;
+}
+
+py::dict ToDict(const MapPipe& pipe) {
+  py::dict dict;
+  dict["id"] = pipe.id;
+  dict["axis"] = kAxisNames[static_cast<int>(pipe.axis)];
+  dict["start"] = pipe.start_world;
+  dict["end"] = pipe.end_world;
+  dict["radius_m"] = pipe.radius_m;
+  dict["sigma_m"] = pipe.sigma_m;
+  return dict;
+}
+
+template <typename Rows>
+py::list ToDicts(const Rows& rows) {
+  py::list dicts;
+  for (const auto& row : rows) dicts.append(ToDict(row));
+  return dicts;
+}
+
+// With the plane that each is in.
+py::list Openings(const MapResult& map) {
+  py::list openings;
+  for (const BuildingPlane& plane : map.building.planes) {
+    for (const PlaneOpening& opening : plane.openings) {
+      py::dict dict = ToDict(opening);
+      dict["plane_id"] = plane.id;
+      openings.append(dict);
+    }
+  }
+  return openings;
+}
+
+void AddBuilding(LoadedMap& map) {
+  map.def_property_readonly(
+         "planes", [](const MapResult& m) { return ToDicts(m.building.planes); },
+         "Dicts: id, kind ('wall', 'floor', 'ceiling', 'other'), normal and "
+         "offset_m (normal . p = offset_m), outline (n x 3), sigma_m ...")
+      .def_property_readonly("openings", &Openings,
+                             "Dicts: kind ('door', 'window', 'passage'), plane_id, clear_width_m, "
+                             "clear_height_m, outline (n x 3), walked.")
+      .def_property_readonly(
+          "rooms", [](const MapResult& m) { return ToDicts(m.building.rooms); },
+          "Dicts: id, name, polygon (n x 2, counter-clockwise), holes, area_m2, "
+          "floor_m, height_m (None where no ceiling was seen).")
+      .def_property_readonly(
+          "walls", [](const MapResult& m) { return ToDicts(m.building.walls); },
+          "Dicts of the plan: start and end (2) of the face, thickness_m ...")
+      .def_property_readonly(
+          "pipes", [](const MapResult& m) { return ToDicts(m.pipes); },
+          "Dicts: start and end (3) of the axis, radius_m ...");
+}
+
+std::string VerdictWord(const std::optional<Verdict>& verdict) {
+  return verdict ? VerdictLevelName(verdict->level) : "";
+}
+
+std::vector<std::string> VerdictReasons(const std::optional<Verdict>& verdict) {
+  std::vector<std::string> reasons;
+  if (!verdict) return reasons;
+  for (const VerdictReason& reason : verdict->reasons) reasons.push_back(InWords(reason));
+  return reasons;
+}
+
+std::string Describe(const MapResult& map) {
+  return fmt::format("<slcmap.Map {} poses, {} lines, {} points, {} dense, {} planes, {} rooms{}>",
+                     map.trajectory.size(), map.lines.size(), map.points.size(), CountDense(map),
+                     map.building.planes.size(), map.building.rooms.size(),
+                     map.complete ? "" : ", partial");
+}
+
+void AddMapClass(py::module_& module) {
+  LoadedMap map(module, "Map",
+                "A map folder in memory: metres, z up, in the world of the map. "
+                "Arrays are views that keep the map.");
+  map.def_static(
+         "load",
+         [](const std::filesystem::path& folder, bool accept_changed) {
+           return WithoutLock(
+               [&] { return ReadMapFolder(folder.string(), {.accept_changed = accept_changed}); });
+         },
+         py::arg("folder"), py::arg("accept_changed") = false, "Throws DataError.")
+      .def_property_readonly("complete", [](const MapResult& m) { return m.complete; })
+      .def_property_readonly("method", [](const MapResult& m) { return m.method; })
+      .def_property_readonly(
+          "warnings", [](const MapResult& m) { return m.warnings; }, "Counts by kind.")
+      .def_property_readonly(
+          "verdict", [](const MapResult& m) { return VerdictWord(m.verdict); },
+          "'good', 'doubtful', 'failed' or ''.")
+      .def_property_readonly(
+          "trajectory", [](const MapResult& m) { return PyTrajectory{m.trajectory}; },
+          "A pose an image.")
+      .def_property_readonly("keyframes",
+                             [](const MapResult& m) { return PyTrajectory{m.keyframes}; })
+      .def_property_readonly(
+          "rig", [](const MapResult& m) { return m.rectified_rig; }, "The rectified cameras.")
+      .def("__repr__", &Describe);
+  AddLines(map);
+  AddClouds(map);
+  AddBuilding(map);
+}
+
+PyTrajectory GetTrajectory(const OdometryRun& run) {
+  PyTrajectory trajectory;
+  for (const OnlineState& state : run.states) {
+    trajectory.poses.push_back({state.stamp_ns, state.T_world_imu});
+  }
+  return trajectory;
+}
+
+void AddRunClass(py::module_& module) {
+  py::class_<OdometryRun>(module, "Run", "A run folder in memory: what odometry found.")
+      .def_static(
+          "load",
+          [](const std::filesystem::path& folder) {
+            return WithoutLock([&] { return ReadRunFolder(folder.string()); });
+          },
+          py::arg("folder"), "Throws DataError.")
+      .def_readonly("method", &OdometryRun::method)
+      .def_readonly("complete", &OdometryRun::complete)
+      .def_readonly("warnings", &OdometryRun::warnings, "Counts by kind.")
+      .def_property_readonly(
+          "verdict", [](const OdometryRun& r) { return VerdictWord(r.verdict); },
+          "'good', 'doubtful' or 'failed'.")
+      .def_property_readonly(
+          "reasons", [](const OdometryRun& r) { return VerdictReasons(r.verdict); },
+          "Of the verdict, the worst first, with remedies.")
+      .def_property_readonly("trajectory", &GetTrajectory, "A pose an image, without look-ahead.")
+      .def("__repr__", [](const OdometryRun& r) {
+        return fmt::format("<slcmap.Run '{}': {} poses, {} keyframes, {} landmarks, {} lines, {}>",
+                           r.method, r.states.size(), r.keyframes.size(), r.landmarks.size(),
+                           r.lines.size(), VerdictWord(r.verdict));
+      });
+}
+
+}  // namespace
+
+void AddMap(py::module_& module) {
+  AddMapClass(module);
+  AddRunClass(module);
+}
+
+}  // namespace slcmap::python
