@@ -40,16 +40,6 @@ py::array Column(const std::vector<Row>& rows, First first, int columns, py::han
   return array;
 }
 
-// The same of values that are made: make(row) for each.
-template <typename Rows, typename Make>
-auto MadeColumn(const Rows& rows, Make make) {
-  using Value = decltype(make(*std::begin(rows)));
-  py::array_t<Value> array(static_cast<py::ssize_t>(std::size(rows)));
-  Value* to = array.mutable_data();
-  for (const auto& row : rows) *to++ = make(row);
-  return array;
-}
-
 // n x N of vectors with N numbers.
 template <int N>
 py::array_t<double> ToArray(const std::vector<Eigen::Matrix<double, N, 1>>& rows) {

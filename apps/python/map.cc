@@ -13,6 +13,7 @@
 namespace slcmap::inline python {
 namespace {
 
+using namespace py::literals;
 using LoadedMap = py::class_<MapResult>;
 
 // A property whose columns the map keeps.
@@ -98,23 +99,19 @@ void AddClouds(LoadedMap& map) {
   AddColumn(
       map, "point_line_ids", &MapResult::points, 1, [](const MapPoint& p) { return &p.line_id; },
       "n: of the line that it lies on, or -1.");
-  const auto add_dense = [&](const char* name, auto rows, int columns, auto first,
-                             const char* words) {
-    AddColumn(map, name, rows, columns, first, words);
-  };
   const auto place = [](const DensePoint& p) { return p.p_world.data(); };
   const auto normal = [](const DensePoint& p) { return p.normal_world.data(); };
-  add_dense("dense", &MapResult::dense, 3, place, "n x 3: measured by stereo.");
-  add_dense("dense_normals", &MapResult::dense, 3, normal, "n x 3: towards the cameras.");
-  add_dense(
-      "dense_grey", &MapResult::dense, 1, [](const DensePoint& p) { return &p.grey; },
+  AddColumn(map, "dense", &MapResult::dense, 3, place, "n x 3: measured by stereo.");
+  AddColumn(map, "dense_normals", &MapResult::dense, 3, normal, "n x 3: towards the cameras.");
+  AddColumn(
+      map, "dense_grey", &MapResult::dense, 1, [](const DensePoint& p) { return &p.grey; },
       "n, uint8: the images' colour.");
-  add_dense(
-      "dense_sigma_m", &MapResult::dense, 1, [](const DensePoint& p) { return &p.sigma_m; },
+  AddColumn(
+      map, "dense_sigma_m", &MapResult::dense, 1, [](const DensePoint& p) { return &p.sigma_m; },
       "n: along the normals.");
-  add_dense("filled", &MapResult::filled, 3, place,
+  AddColumn(map, "filled", &MapResult::filled, 3, place,
             "n x 3: derived, on planes of the building where nothing was measured.");
-  add_dense("filled_normals", &MapResult::filled, 3, normal, "n x 3.");
+  AddColumn(map, "filled_normals", &MapResult::filled, 3, normal, "n x 3.");
   map.def_property_readonly(
       "occupied",
       [](const MapResult& m) {
@@ -130,67 +127,33 @@ void AddClouds(LoadedMap& map) {
                             [](const MapResult& m) { return m.occupancy.resolution_m(); });
 }
 
-py::dict ToDict(const PlaneOpening& opening) {
-  py::dict dict;
-  dict["kind"] = GetName(opening.kind);
-  dict["walked"] = opening.walked;
-  dict["clear_width_m"] = opening.clear_width_m;
-  dict["clear_height_m"] = opening.clear_height_m;
-  dict["outline"] = ToArray(opening.outline_world);
-  return dict;
-}
-
 py::dict ToDict(const BuildingPlane& plane) {
-  py::dict dict;
-  dict["id"] = plane.id;
-  dict["kind"] = GetName(plane.kind);
-  dict["storey"] = plane.storey;
-  dict["normal"] = plane.normal;
-  dict["offset_m"] = plane.offset_m;
-  dict["sigma_m"] = plane.sigma_m;
-  dict["outline"] = ToArray(plane.outline_world);
-  dict["room_ids"] = plane.room_ids;
-  dict["inferred"] = plane.inferred;
-  return dict;
+  return py::dict("id"_a = plane.id, "kind"_a = GetName(plane.kind), "storey"_a = plane.storey,
+                  "normal"_a = plane.normal, "offset_m"_a = plane.offset_m,
+                  "sigma_m"_a = plane.sigma_m, "outline"_a = ToArray(plane.outline_world),
+                  "room_ids"_a = plane.room_ids, "inferred"_a = plane.inferred);
 }
 
 py::dict ToDict(const Room& room) {
-  py::dict dict;
-  dict["id"] = room.id;
-  dict["name"] = fmt::format("Room {}", room.id + 1);  // as plans call it
-  dict["storey"] = room.storey;
   py::list holes;
   for (const PlanPoints& hole : room.polygon.holes) holes.append(ToArray(hole));
-  dict["polygon"] = ToArray(room.polygon.outline);
-  dict["holes"] = holes;
-  dict["area_m2"] = room.area_m2;
-  dict["floor_m"] = room.floor_m;
-  dict["height_m"] = room.height_m;
-  return dict;
+  return py::dict("id"_a = room.id, "name"_a = fmt::format("Room {}", room.id + 1),  // as in plans
+                  "storey"_a = room.storey, "polygon"_a = ToArray(room.polygon.outline),
+                  "holes"_a = holes, "area_m2"_a = room.area_m2, "floor_m"_a = room.floor_m,
+                  "height_m"_a = room.height_m);
 }
 
 py::dict ToDict(const PlanWall& wall) {
-  py::dict dict;
-  dict["id"] = wall.id;
-  dict["storey"] = wall.storey;
-  dict["start"] = wall.start;
-  dict["end"] = wall.end;
-  dict["thickness_m"] = wall.thickness_m;
-  dict["thickness_assumed"] = wall.thickness_assumed;
-  dict["sigma_m"] = wall.sigma_m;
-  dict["plane_ids"] = wall.plane_ids;
-  return dict;
+  return py::dict("id"_a = wall.id, "storey"_a = wall.storey, "start"_a = wall.start,
+                  "end"_a = wall.end, "thickness_m"_a = wall.thickness_m,
+                  "thickness_assumed"_a = wall.thickness_assumed, "sigma_m"_a = wall.sigma_m,
+                  "plane_ids"_a = wall.plane_ids);
 }
 
 py::dict ToDict(const MapPipe& pipe) {
-  py::dict dict;
-  dict["id"] = pipe.id;
-  dict["axis"] = kAxisNames[static_cast<int>(pipe.axis)];
-  dict["start"] = pipe.start_world;
-  dict["end"] = pipe.end_world;
-  dict["radius_m"] = pipe.radius_m;
-  dict["sigma_m"] = pipe.sigma_m;
-  return dict;
+  return py::dict("id"_a = pipe.id, "axis"_a = kAxisNames[static_cast<int>(pipe.axis)],
+                  "start"_a = pipe.start_world, "end"_a = pipe.end_world,
+                  "radius_m"_a = pipe.radius_m, "sigma_m"_a = pipe.sigma_m);
 }
 
 template <typename Rows>
@@ -200,17 +163,17 @@ py::list ToDicts(const Rows& rows) {
   return dicts;
 }
 
-// With the plane that each is in.
 py::list Openings(const MapResult& map) {
-  py::list openings;
+  py::list dicts;
   for (const BuildingPlane& plane : map.building.planes) {
     for (const PlaneOpening& opening : plane.openings) {
-      py::dict dict = ToDict(opening);
-      dict["plane_id"] = plane.id;
-      openings.append(dict);
+      dicts.append(py::dict("plane_id"_a = plane.id, "kind"_a = GetName(opening.kind),
+                            "walked"_a = opening.walked, "clear_width_m"_a = opening.clear_width_m,
+                            "clear_height_m"_a = opening.clear_height_m,
+                            "outline"_a = ToArray(opening.outline_world)));
     }
   }
-  return openings;
+  return dicts;
 }
 
 void AddBuilding(LoadedMap& map) {

@@ -68,6 +68,13 @@ if grep -rqF "$source" "$prefix/lib/cmake" "$prefix/include"; then
   fail "installed files name the folder of the sources"
 fi
 
+# The Python module, where it is built.
+modules=$prefix/lib/python3/dist-packages
+if [ -d "$modules" ]; then
+  (cd "$folder" && PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$modules /usr/bin/python3 -c \
+    'import slcmap; print("module", slcmap.__version__, slcmap.Map.load.__doc__)')
+fi
+
 # The Debian packages hold the same, and their program runs.
 quietly cpack -G DEB --config "$build/CPackConfig.cmake" -B "$folder/deb"
 for package in "$folder"/deb/*.deb; do dpkg-deb -x "$package" "$folder/unpacked"; done

@@ -24,7 +24,7 @@ def main():
     odometry.finish()
     print(odometry)
     if recording.truth is not None:
-        error = slcmap.evaluate(recording.truth, odometry.trajectory)["absolute"][0]
+        error = slcmap.evaluate(recording.truth, odometry.trajectory)["ape"]["posyaw"]
         print(f"off by {error['position_m']['rmse']:.4f} m (RMSE)")
 
 
