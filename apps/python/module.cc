@@ -128,7 +128,7 @@ void AddErrors(py::module_& module) {
   errors.failed_run =
       NewError(module, "FailedRunError", errors.data,
                "A run that is done and written, and by its own verdict not to be believed.");
-  py::register_exception_translator(&Translate);
+  py::register_local_exception_translator(&Translate);
 }
 
 }  // namespace slcmap::python
