@@ -351,7 +351,7 @@ MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
                points, point_observations, dense, filled, lines, marks, line_evidence, pipes,
-               building, plan, occupancy] = map;
+               building, seen_share, plan, occupancy] = map;
   return {id,
           source,
           method,
@@ -375,6 +375,7 @@ MapResult CopyMap(const MapResult& map) {
           line_evidence,
           pipes,
           building,
+          seen_share,
           plan,
           OccupancyMap(occupancy.resolution_m())};
 }

@@ -32,6 +32,7 @@
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
 #include "mapping/surfaces/plane_filling.h"
+#include "mapping/surfaces/seen_share.h"
 #include "mapping/views/recorded_views.h"
 #include "mapping/views/view.h"
 #include "mapping/views/view_matches.h"
@@ -235,25 +236,27 @@ void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
   AddPipes(options.pipes, &images, progress, map);
 }
 
-// Planes and rooms, what is filled by them, and junctions: of what was measured, rays to it, and
-// the cameras of the views that looked at it, by rig. Throws StoppedError once progress says so,
-// and leaves what is done so far.
-void RunBuildingStage(std::vector<ViewRays> rays, std::vector<ViewCameras> cameras,
+// Planes and rooms, what is filled by them, junctions, and how much of what was seen the map holds:
+// of what was measured, rays to it, and the cameras of the views that looked at it, by rig. Throws
+// StoppedError once progress says so, and leaves what is done so far.
+void RunBuildingStage(std::vector<ViewRays> rays, const std::vector<ViewCameras>& cameras,
                       const MappingOptions& options, const Progress& progress, MapResult* map) {
-  constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time, about
+  constexpr double kBuilt = 0.33, kFilled = 0.85, kJoined = 0.95;  // shares of the time, about
   progress.ReportOrStop(0);
   const BuildingInput input = MakeBuildingInput(*map, std::move(rays));
   map->building = BuildBuilding(input, options.building, progress.Part(0, kBuilt));
   progress.ReportOrStop(kBuilt);
   SnapToPlanes(map->building, options.planes, &map->dense);
   if (options.planes.fill) {
-    std::vector<DensePoint> filled = FillPlanes({map->dense, map->lines, map->building, input.rays,
-                                                 std::move(cameras), options.dense.voxel_m},
-                                                options.planes, progress.Part(kBuilt, kFilled));
+    std::vector<DensePoint> filled = FillPlanes(
+        {map->dense, map->lines, map->building, input.rays, cameras, options.dense.voxel_m},
+        options.planes, progress.Part(kBuilt, kFilled));
     progress.ReportOrStop(kFilled);
     AddFilledPoints(std::move(filled), options.planes.cell_m, map);
   }
-  AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
+  AddJunctions(options.junctions, progress.Part(kFilled, kJoined), map);
+  MeasureSeenShare({cameras, input.rays}, options.planes, progress.Part(kJoined, 1), map);
+  JudgeSeenShare(map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
                CountDense(*map));

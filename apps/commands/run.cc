@@ -136,7 +136,7 @@ void RunAll(const RunArguments& arguments) {
   std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());
   for (const std::string& file : files) std::printf("open      %s\n", file.c_str());
   if (!page.empty()) std::printf("open      %s\n", page.c_str());
-  PrintVerdict(*run.verdict);
+  PrintVerdict(map.verdict ? *map.verdict : *run.verdict);
   RefuseFailed(odometry.run, run);
   plan.RequirePlaced();
 }

@@ -240,7 +240,11 @@ std::string GetName(const Room& room) { return fmt::format("Room {}", room.id + 
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken) {
   constexpr double kSmallest = 0.6;
+  constexpr double kWellHeld = 0.8;  // of what was seen, of which nothing is said
   std::vector<std::string> lines = {GetName(room), AreaText(room)};
+  if (room.seen_share && *room.seen_share < kWellHeld) {
+    lines.push_back(fmt::format("{:.0f} % of what was seen", 100 * *room.seen_share));
+  }
   if (room.height_m) lines.push_back("h " + LengthText(*room.height_m, sizes.in_mm));
   const std::vector<Vector2d> places = Places(polygon);
   Drawing label;

@@ -43,7 +43,8 @@ std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& si
 std::string GetName(const Room& room);
 
 // Name, area ("about" where a part of the border was not seen) and, where the ceiling was seen,
-// height, one below the other: at the place within the
+// height, one below the other, with how much of what was seen of the room the map holds, where that
+// is little: at the place within the
 // polygon that is farthest from its border among those with nothing in the way; smaller, or with
 // fewer lines, in rooms that do not hold them. A room that does not hold its name has it nearby,
 // with a line to it. What is placed is taken.

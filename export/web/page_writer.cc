@@ -219,6 +219,7 @@ Json RoomJson(const Room& room, const Eigen::Vector3d& origin_world) {
           {"floor_m", RoundedForJson(room.floor_m - origin_world.z())},
           {"height_m", OptionalJson(room.height_m)},
           {"bounded", room.bounded},
+          {"seen_share", OptionalJson(room.seen_share)},
           {"outline", PointsJson(Relative(room.polygon.outline, origin_world))},
           {"holes", holes}};
 }
@@ -242,6 +243,7 @@ Json WallJson(const PlanWall& wall, const Eigen::Vector3d& origin_world) {
           {"thickness_assumed", wall.thickness_assumed},
           {"sigma_m", wall.sigma_m},
           {"planes", wall.plane_ids},
+          {"seen_share", OptionalJson(wall.seen_share)},
           {"openings", openings}};
 }
 
@@ -317,6 +319,7 @@ std::string PackForPage(const MapResult& map, const std::string& title,
       {"method", map.method},
       {"complete", map.complete},
       {"partial_reason", map.partial_reason},
+      {"seen_share", OptionalJson(map.seen_share)},
       {"origin", {origin_world.x(), origin_world.y(), origin_world.z()}},
       {"world_offset_m",
        {map.source.world_offset_m.x(), map.source.world_offset_m.y(),

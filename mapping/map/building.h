@@ -59,6 +59,8 @@ struct Room {
   double floor_m = 0;
   std::optional<double> height_m;  // nothing where its ceiling was not seen
   double bounded = 0;              // share of its border on which a wall was measured
+  // As MapResult's, of its surfaces, furniture among them; none where little was seen of it.
+  std::optional<double> seen_share = {};
 };
 
 // An opening of a wall in the plan: metres along the wall from its start.
@@ -81,6 +83,7 @@ struct PlanWall {
   double sigma_m = 0;              // of the face's offset
   std::vector<int64_t> plane_ids;  // the face's, then those behind it, inferred ones last
   std::vector<PlanOpening> openings;
+  std::optional<double> seen_share = {};  // as MapResult's, of its faces; none of small ones
 };
 
 struct Building {

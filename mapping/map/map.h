@@ -189,6 +189,9 @@ struct MapResult {
   LineEvidence line_evidence;      // for lines and marks
   std::vector<MapPipe> pipes;      // their outlines are not among the lines
   Building building;               // empty of a map that was made without images
+  // Of the surfaces that the cameras saw, as far as the map can tell, that which it holds: 0 to 1.
+  // None of a map that was made without images, or by an earlier version.
+  std::optional<double> seen_share = {};
   std::optional<PlanComparison> plan;  // where it lies in a plan of the building, if it was given
   OccupancyMap occupancy{0.1};
 };

@@ -120,6 +120,52 @@ std::vector<std::pair<const char*, std::size_t>> CountContents(const MapResult& 
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
+template <typename Part>
+Json SeenSharesJson(const std::vector<Part>& parts) {
+  Json json = Json::array();
+  for (const Part& part : parts) {
+    if (part.seen_share) json.push_back({{"id", part.id}, {"share", *part.seen_share}});
+  }
+  return json;
+}
+
+Json SeenShareJson(const MapResult& map) {
+  if (!map.seen_share) return nullptr;
+  return {{"share", *map.seen_share},
+          {"rooms", SeenSharesJson(map.building.rooms)},
+          {"walls", SeenSharesJson(map.building.walls)}};
+}
+
+double ParseShare(const std::string& path, const Json& json) {
+  const double share = json.at("share").get<double>();
+  if (share >= 0 && share <= 1) return share;
+  throw DataError(fmt::format("{}: seen_share: found {}, expected 0 to 1", path, share));
+}
+
+template <typename Part>
+void ParseSeenShares(const std::string& path, const Json& json, std::vector<Part>* parts) {
+  for (const Json& of_part : json) {
+    const auto id = of_part.at("id").get<int64_t>();
+    const auto part = std::ranges::find(*parts, id, &Part::id);
+    if (part == parts->end()) {
+      throw DataError(
+          fmt::format("{}: seen_share: found the id {}, which no room or wall has", path, id));
+    }
+    part->seen_share = ParseShare(path, of_part);
+  }
+}
+
+// Missing in maps of earlier versions.
+void ReadSeenShare(const std::string& path, const Json& summary, MapResult* map) {
+  const Json json = summary.value("seen_share", Json());
+  if (json.is_null()) return;
+  WithJsonErrors(path, [&] {
+    map->seen_share = ParseShare(path, json);
+    ParseSeenShares(path, json.at("rooms"), &map->building.rooms);
+    ParseSeenShares(path, json.at("walls"), &map->building.walls);
+  });
+}
+
 std::string WriteSummary(const std::string& folder, const MapResult& map) {
   Json json = {{"format", "slcmap map"},
                {"version", kMapVersion},
@@ -135,6 +181,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"partial_reason", map.partial_reason},
                {"interrupted", map.interrupted},
                {"verdict", VerdictJson(map.verdict)},
+               {"seen_share", SeenShareJson(map)},
                {"warnings", Json(map.warnings)},
                {"median_line_observations", MedianObservations(map.lines)},
                {"voxel_m", map.occupancy.resolution_m()},
@@ -342,6 +389,7 @@ MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& opti
   map.line_evidence = ReadLineEvidence(folder, map);
   if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);
+  ReadSeenShare(path + kSummary, summary, &map);
   if (HasFile(folder, summary, kPlanComparisonFiles[0])) map.plan = ReadPlanComparison(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);

@@ -118,8 +118,10 @@ double ReachOf_m(const BuildingPlane& plane, const Building& building,
   return is_bounded ? kRoomReach_m : options.reach_m;
 }
 
-BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
-                     const PlaneOptions& options) {
+}  // namespace
+
+BoundedPlane BoundPlane(const BuildingPlane& plane, const Building& building,
+                        const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
   BoundedPlane bounded{MakeGridAxes(plane, options.cell_m), {},      plane.sigma_m,
                        ReachOf_m(plane, building, options), is_wall, !plane.inferred};
@@ -139,8 +141,6 @@ BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
   return bounded;
 }
 
-}  // namespace
-
 std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOptions& options) {
   std::vector<BoundedPlane> planes;
   for (const BuildingPlane& plane : building.planes) {
@@ -148,7 +148,7 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
     const bool is_wall = plane.kind == PlaneKind::kWall;
     if (plane.kind == PlaneKind::kOther || (is_wall && plane.inferred)) continue;
     if (plane.outline_world.size() < 3) continue;
-    planes.push_back(Bounded(plane, building, options));
+    planes.push_back(BoundPlane(plane, building, options));
   }
   return planes;
 }

@@ -79,6 +79,10 @@ struct BoundedPlane {
                             // is measured around alone
 };
 
+// Of any kind of plane, with an outline of three points at least.
+BoundedPlane BoundPlane(const BuildingPlane& plane, const Building& building,
+                        const PlaneOptions& options);
+
 // Walls as far as their outlines reach, without their openings; floors and ceilings over their
 // rooms, without the holes in these.
 std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOptions& options);

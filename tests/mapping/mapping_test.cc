@@ -15,6 +15,7 @@
 #include "mapping/map/evidence_files.h"
 #include "mapping/map/map_folder.h"
 #include "tests/testing/file_size_limit.h"
+#include "tests/testing/made_building.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 
@@ -175,6 +176,24 @@ TEST_F(MappingTest, AMapComesBackFromItsFolder) {
   EXPECT_EQ(read.lines[23].axis, LineAxis::kY);
   EXPECT_LT((read.lines[23].end_world - map.lines[23].end_world).norm(), 1e-6);
   EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map.occupancy.OccupiedVoxels().size());
+}
+
+TEST_F(MappingTest, HowMuchOfWhatWasSeenItHoldsComesBack) {
+  MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
+  EXPECT_FALSE(map.seen_share);
+  map.building = testing::MakeBuilding();
+  map.seen_share = 0.75;
+  map.building.rooms[0].seen_share = 0.5;
+  map.building.walls[2].seen_share = 0.25;
+  WriteMapFolder(folder_, map);
+  const MapResult read = ReadMapFolder(folder_);
+  EXPECT_EQ(read.seen_share, 0.75);
+  EXPECT_EQ(read.building.rooms[0].seen_share, 0.5);
+  EXPECT_FALSE(read.building.walls[1].seen_share);
+  EXPECT_EQ(read.building.walls[2].seen_share, 0.25);
+  map.building.walls[2].seen_share = 1.5;
+  WriteMapFolder(folder_, map);
+  ExpectReadError("seen_share: found 1.5, expected 0 to 1");
 }
 
 TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {

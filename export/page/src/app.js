@@ -3,7 +3,7 @@ import { Box3, Vector3 } from 'three';
 import { byId, element } from './dom.js';
 import { composePicture, printPicture, savePicture } from './save.js';
 import { Describer } from './describe.js';
-import { formatArea, formatLength, roundLength, useFeet } from './format.js';
+import { formatArea, formatLength, formatShare, roundLength, useFeet } from './format.js';
 import { Labels } from './labels.js';
 import { Layers } from './layers.js';
 import { LineHighlight } from './lines.js';
@@ -21,6 +21,7 @@ const USUAL_HEIGHT_M = 2.5; // of a storey whose ceiling was not seen
 const SCALE_BAR_PX = 140;
 const NUMBERED_WALL_PX = 60;
 const WHOLLY_SEEN = 0.85; // of its border; what is missing there is doors and corners
+const WELL_HELD = 0.8; // of the surfaces that were seen, of which nothing is said
 
 export class App {
   constructor(map) {
@@ -234,6 +235,8 @@ export class App {
   }
 }
 
-function areaText({ area_m2, bounded }) {
-  return `${bounded < WHOLLY_SEEN ? 'about ' : ''}${formatArea(area_m2)}`;
+function areaText({ area_m2, bounded, seen_share }) {
+  const area = `${bounded < WHOLLY_SEEN ? 'about ' : ''}${formatArea(area_m2)}`;
+  const isLittle = seen_share !== null && seen_share < WELL_HELD;
+  return isLittle ? `${area}, ${formatShare(seen_share)} of what was seen` : area;
 }

@@ -5,6 +5,7 @@ import {
   formatCoarse,
   formatCount,
   formatLength,
+  formatShare,
   formatSigma,
   formatTime,
 } from './format.js';
@@ -114,6 +115,8 @@ export class Describer {
       ['Uncertainty (1 σ)', formatSigma(plane.sigma_m)],
       ['Storey', String(plane.storey)],
     ];
+    if (typeof wall?.seen_share === 'number')
+      rows.push(['In the map', `${formatShare(wall.seen_share)} of what was seen`]);
     if (plane.inferred) rows.push(['Seen', plane.kind === 'wall' ? 'the other side only' : 'hardly']);
     if (plane.rooms.length > 0)
       rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.map((id) => id + 1).join(', ')]);

@@ -28,6 +28,10 @@ export function formatArea(square_metres) {
     : `${square_metres.toFixed(1)} m²`;
 }
 
+export function formatShare(share) {
+  return `${(100 * share).toFixed(0)} %`;
+}
+
 export function formatAngle(radians) {
   return `${((radians * 180) / Math.PI).toFixed(2)}°`;
 }

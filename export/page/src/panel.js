@@ -1,6 +1,6 @@
 // The panel beside the canvas: what is shown, and how.
 import { byId, choiceRow, element } from './dom.js';
-import { formatArea, formatCoarse, formatCount, formatSigma } from './format.js';
+import { formatArea, formatCoarse, formatCount, formatShare, formatSigma } from './format.js';
 import { AGES, AXES, KINDS, OPENINGS, paletteOf } from './theme.js';
 
 const COLOURINGS = [
@@ -98,6 +98,7 @@ export class Panel {
 
   figures() {
     const { layers, map } = this.app;
+    const { seen_share } = map.document;
     const { rooms } = map.document.building;
     const figures = [`${formatCount(layers.lines.data.lines)} lines`];
     if (layers.dense.count > 0) figures.push(`${formatCount(layers.dense.count)} points`);
@@ -107,6 +108,7 @@ export class Panel {
         `${rooms.length} ${rooms.length > 1 ? 'rooms' : 'room'}, ${formatArea(area_m2)}`,
       );
     }
+    if (seen_share !== null) figures.push(`${formatShare(seen_share)} of the surfaces seen`);
     figures.push(`${formatCoarse(layers.trajectory.length_m)} walked`);
     return figures;
   }

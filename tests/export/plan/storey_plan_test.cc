@@ -45,6 +45,16 @@ TEST(StoreyPlanTest, RoomsHaveNamesAreasAndHeights) {
               Contains("about 12.00 m\u00b2"));
 }
 
+TEST(StoreyPlanTest, RoomsOfWhichLittleIsHeldSaySo) {
+  Building building = testing::MakeBuilding();
+  building.rooms[0].seen_share = 0.74;
+  const std::vector<std::string> texts = TextsOf(MakePlans(building, {}).storeys[0].room_texts);
+  EXPECT_THAT(texts, Contains("74 % of what was seen"));
+  building.rooms[0].seen_share = 0.85;
+  EXPECT_THAT(TextsOf(MakePlans(building, {}).storeys[0].room_texts),
+              UnorderedElementsAre("Room 1", "12.00 m\u00b2", "h 2.50"));
+}
+
 TEST(StoreyPlanTest, ClearWidthsOfARoomAreExactAlsoWhereItIsTurned) {
   for (const double turn_rad : {0.0, 12 * M_PI / 180}) {
     const PlanSet plans = MakePlans(testing::MakeBuilding(1, turn_rad), {});
