@@ -16,6 +16,7 @@
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/plane_views.h"
 #include "odometry/geometry/pinhole.h"
+#include "odometry/run/run.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -445,6 +446,9 @@ Verdict WithoutSeenShare(const Verdict& verdict) {
 
 void JudgeSeenShare(MapResult* map) {
   if (map->verdict) map->verdict = WithoutSeenShare(*map->verdict);
+  // On poses by anyone there is no verdict otherwise.
+  const bool is_of_run = map->method != kExternalPoses;
+  if (map->verdict && map->verdict->reasons.empty() && !is_of_run) map->verdict.reset();
   if (map->seen_share.value_or(1) >= kLeastShare) return;
   if (!map->verdict) map->verdict.emplace();
   map->verdict->Add({VerdictLevel::kDoubtful, kSeenShareReason,

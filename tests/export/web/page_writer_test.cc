@@ -144,6 +144,16 @@ TEST(PackForPage, PlanesRoomsAndWallsAreRelativeToTheOrigin) {
   EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 3.0);
 }
 
+TEST(PackForPage, HowMuchOfWhatWasSeenIsHeldIsToldWhereItIsKnown) {
+  MapResult map = MakeRoomMap();
+  map.seen_share = 0.75;
+  map.building.rooms.at(0).seen_share = 0.5;
+  const Pack pack = PackOf(map);
+  EXPECT_EQ(pack.document.at("seen_share"), 0.75);
+  EXPECT_EQ(pack.document.at("building").at("rooms")[0].at("seen_share"), 0.5);
+  EXPECT_TRUE(pack.document.at("building").at("walls")[0].at("seen_share").is_null());
+}
+
 TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {
   const Pack pack = PackOf(MakeRoomMap());
   const nlohmann::json& planes = pack.document.at("building").at("planes");
