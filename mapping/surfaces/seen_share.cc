@@ -38,7 +38,7 @@ constexpr int kAroundNeeded = 3;     // of four directions in the image, that me
 constexpr double kLeastSeen_m2 = 1;  // of a room or wall, whose share is told
 
 // Views that are looked from: so far from the one before or turned as much, and so many.
-constexpr double kApart_m = 0.25, kTurn_rad = 0.2;
+constexpr double kApart_m = 0.25, kTurnedApart_rad = 0.2;
 constexpr size_t kMostViews = 600;
 
 constexpr double kLeastShare = 0.75;  // of a map that is good
@@ -304,7 +304,7 @@ std::vector<std::pair<const Camera*, const RigidTransform*>> ImagesToLookAt(
     for (const auto& [left, right] : rig.T_camera_world) {
       const RigidTransform step = last ? left * last->Inverse() : RigidTransform();
       if (last && step.translation.norm() < kApart_m &&
-          LogRotation(step.rotation).norm() < kTurn_rad) {
+          LogRotation(step.rotation).norm() < kTurnedApart_rad) {
         continue;
       }
       last = &left;
