@@ -156,6 +156,10 @@ void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
       ->capture_default_str();
   command->add_option("--time-offset-s", options.time_offset_s,
                       "Stamp on the IMU's clock minus stamp on the camera's; not told in mav0");
+  command->add_option("--right-offset-s", options.right_offset_s,
+                      "The right image is taken so much later, and stamped so");
+  command->add_option("--readout-s", options.readout_s,
+                      "Rolling shutter: the last row is exposed so much after the first");
   command->add_option("--wrong-calibration", options.miscalibration,
                       "Tell a calibration in mav0 that is wrong; 1: as a careless one");
   command->add_option("--exposure-ms", arguments.exposure_ms,

@@ -26,7 +26,8 @@ constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
 constexpr int kMaxCameras = 10;     // of a chain
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
-constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
+constexpr double kSameShift_s = 1e-6;  // of the two cameras
+constexpr double kMaxReadout_s = 0.1;
 
 [[noreturn]] void Fail(const YamlSection& section, const std::string& key,
                        const std::string& problem, const std::string& remedy) {
@@ -251,17 +252,31 @@ std::optional<double> ReadTimeShift(YamlSection& camera) {
   return shift_s;
 }
 
+double ReadReadout(YamlSection& camera) {
+  double readout_s = 0;
+  camera.Read(kReadoutKey, &readout_s);
+  if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
+  Fail(camera, kReadoutKey,
+       fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
+       fmt::format("write {} in seconds from the first row to the last",
+                   KeyInFile(camera.place(), kReadoutKey)));
+}
+
 // A camera without one has that of the rig: none, or that of the left one.
 void TakeTimeShifts(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
   rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
   const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
   const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
-  if (!(apart_s <= kMaxShiftApart_s)) {
+  if (apart_s > kMinRightOffset_s && apart_s <= kMaxRightOffset_s) {
+    rig->right_time_offset_s = shift_s - rig->camera_time_offset_s;
+    return;
+  }
+  if (!(apart_s <= kMaxRightOffset_s)) {
     throw InputFault(
         "calibration",
         fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
                     kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
-                    kMaxShiftApart_s),
+                    kMaxRightOffset_s),
         fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
                     "cam{}, and write the latter's shift as {}",
                     used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
@@ -278,6 +293,7 @@ void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& 
   for (size_t i = 0; i < used.size(); ++i) {
     calibration->rig.cameras[i] = used[i]->camera;
     calibration->rig.T_imu_camera[i] = used[i]->T_imu_camera;
+    calibration->rig.readout_s[i] = used[i]->readout_s;
     calibration->cameras.push_back(used[i]->index);
     calibration->source += (i == 0 ? "" : ", ") + used[i]->source;
   }
@@ -363,14 +379,17 @@ std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
 }
 
 std::string KalibrCamera(const std::string& name, const Camera& camera,
-                         const RigidTransform& T_imu_camera, double time_offset_s) {
+                         const RigidTransform& T_imu_camera, double time_offset_s,
+                         double readout_s) {
   const CameraWords words = DescribeCamera(camera);
   return fmt::format(
       "{}:\n{}  camera_model: {}\n  distortion_coeffs: [{}]\n  distortion_model: {}\n"
-      "  intrinsics: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n",
+      "  intrinsics: [{}]\n{}  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n",
       name, KalibrMatrix("T_cam_imu", T_imu_camera.Inverse()), words.camera_model,
       fmt::join(words.coefficients, ", "), words.distortion_model,
-      fmt::join(words.intrinsics, ", "), camera.width_px, camera.height_px, time_offset_s);
+      fmt::join(words.intrinsics, ", "),
+      readout_s == 0 ? "" : fmt::format("  {}: {}\n", kReadoutKey, readout_s), camera.width_px,
+      camera.height_px, time_offset_s);
 }
 
 }  // namespace
@@ -434,7 +453,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
                        T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),
-                       ReadTimeShift(camera), camera.place(), fmt::format("cam{}", i)});
+                       ReadTimeShift(camera), camera.place(), fmt::format("cam{}", i),
+                       ReadReadout(camera)});
       FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
     }
     if (chain.size() == 1 && Exists(folder + "/cam1")) {
@@ -467,6 +487,7 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       YamlSection camera = root.Section(name);
       ChainCamera& read = chain.emplace_back(ChainCamera{
           i, ReadCamera(camera, "distortion_coeffs"), {}, ReadTimeShift(camera), camera.place()});
+      read.readout_s = ReadReadout(camera);
       const auto previous = std::ranges::find(chain, i - 1, &ChainCamera::index);
       read.T_imu_camera = ReadKalibrPose(
           camera, i, previous == chain.end() ? std::nullopt : std::optional(previous->T_imu_camera),
@@ -495,7 +516,7 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
   std::string text;
   for (int i = 0; i < (IsStereo(rig) ? 2 : 1); ++i) {
     text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i],
-                         rig.camera_time_offset_s);
+                         rig.camera_time_offset_s, rig.readout_s[i]);
     if (i == 1) {
       text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0]);
     }

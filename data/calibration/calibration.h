@@ -9,6 +9,13 @@
 
 namespace slcmap::inline data {
 
+// Between the images of a pair: what is further apart in time is taken for a mistake.
+inline constexpr double kMaxRightOffset_s = 0.03;
+inline constexpr double kMinRightOffset_s = 1e-3;  // less is how stamps and calibrations scatter
+
+// Of a camera, in both forms: Rig::readout_s.
+inline constexpr const char* kReadoutKey = "readout_s";
+
 struct Calibration {
   Rig rig;
   std::string source;         // the files and the transforms read from them, for the user to see
@@ -17,8 +24,8 @@ struct Calibration {
 };
 
 // Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
-// ASL folder (mav0). T_BS maps sensor to body. Cameras may hold Kalibr's timeshift_cam_imu besides
-// ASL's keys, the IMU what ReadImuCorrection takes.
+// ASL folder (mav0). T_BS maps sensor to body. Cameras may hold Kalibr's timeshift_cam_imu and
+// readout_s (Rig::readout_s) besides ASL's keys, the IMU what ReadImuCorrection takes.
 Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings,
                                Mirrored mirrored = Mirrored::kRefused,
                                const std::vector<int>& cameras = {});
@@ -52,9 +59,9 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings,
                             const std::vector<int>& cameras = {});
 
 // `cameras` are the one or two that the rig is to be of; without, the best stereo pair of a chain
-// (data/calibration/camera_words.h). Both are taken to be triggered together: the time shift is
-// that of the first. Another one of the second is a warning, and an error where it is more than 1
-// ms off.
+// (data/calibration/camera_words.h). The time shift is that of the first. Where the second's is at
+// most 1 ms off, both are taken to be triggered together, with a warning; where it is at most
+// kMaxRightOffset_s off, that is Rig::right_time_offset_s; beyond is an error.
 //
 // Keys that the formats define and that nothing needs (rostopic, cam_overlaps, comment) are passed
 // over; any other is an error.

@@ -43,6 +43,7 @@ struct ChainCamera {
   std::optional<double> time_shift_s;  // stamp on the IMU's clock = camera stamp + this
   std::string place;                   // for messages
   std::string source = {};             // which transforms its pose is from
+  double readout_s = 0;                // see Rig
 };
 
 // Positions in the chain of the cameras that are used: those of the `wanted` indices, one or two;

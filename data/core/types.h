@@ -76,10 +76,28 @@ struct Rig {
   // building. Empty: nowhere.
   std::array<cv::Mat, 2> masks;
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
+  // The right image is taken so much after the left one. Cameras that are triggered together have
+  // none.
+  double right_time_offset_s = 0;
+  // By how much the last row of a camera with a rolling shutter is exposed after the first;
+  // negative where the last comes first, and 0 of a global shutter. Stamps are those of the middle
+  // row.
+  std::array<double, 2> readout_s{};
 };
 
 // A rig of one camera has no width in its second.
 inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+
+// Whether all rows of both images are exposed at the stamp.
+inline bool IsTakenAtOnce(const Rig& rig) {
+  return rig.right_time_offset_s == 0 && rig.readout_s[0] == 0 && rig.readout_s[1] == 0;
+}
+
+// How long after the stamp of its pair a row of a camera's image, as it was recorded, is exposed.
+inline double RowTime_s(const Rig& rig, int camera, double row_px) {
+  const double share = (row_px + 0.5) / rig.cameras[camera].height_px - 0.5;  // of the readout
+  return (camera == 1 ? rig.right_time_offset_s : 0) + rig.readout_s[camera] * share;
+}
 
 // What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
 // numbers negated are, for the check to tell which axes are wrong.

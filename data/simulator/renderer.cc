@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <optional>
@@ -36,11 +37,21 @@ RayPose ToRayPose(const RigidTransform& T_world_camera) {
           T_world_camera.translation.cast<float>()};
 }
 
+// Of the rows of a block.
+using RowPoses = std::array<RayPose, CameraRays::kBlockRows>;
+
+RowPoses AllRowsAt(const RayPose& pose) {
+  RowPoses poses;
+  poses.fill(pose);
+  return poses;
+}
+
 // Places a camera's rays in the world. Lanes without a ray stay inactive.
-void Aim(const CameraRays::Packet& rays, const RayPose& pose, RayScene::Packet* packet) {
-  const Eigen::Matrix3f& R = pose.R_world_camera;
+void Aim(const CameraRays::Packet& rays, const RowPoses& poses, RayScene::Packet* packet) {
   RTCRay8& out = packet->rays.ray;
   for (int i = 0; i < kLanes; ++i) {
+    const RayPose& pose = poses[CameraRays::Row(i)];
+    const Eigen::Matrix3f& R = pose.R_world_camera;
     const float x = rays.x[i], y = rays.y[i], z = rays.z[i];
     out.org_x[i] = pose.origin_world.x();
     out.org_y[i] = pose.origin_world.y();
@@ -126,7 +137,7 @@ class SceneRenderer : public PairRenderer {
     double sum = 0;
     int count = 0;
     for (int block = 0; block < rays.blocks_across() * rays.blocks_down(); block += kStride) {
-      Aim(rays.Of(block, 0, 0), pose, &packet);
+      Aim(rays.Of(block, 0, 0), AllRowsAt(pose), &packet);
       Shade(&packet, 0, block, radiance);
       if (packet.active[0] == 0) continue;
       sum += std::sqrt(radiance[0]);
@@ -182,29 +193,48 @@ class SceneRenderer : public PairRenderer {
     for (int i = 0; i < kLanes; ++i) radiance[i] = sum[i] + through[i] * radiance[i];
   }
 
-  // Mean over the pixels' areas and over the exposure, which is centred on the frame's time.
-  cv::Mat RadianceImage(int frame, int camera) const {
+  using InstantPoses = std::array<RowPoses, CameraRays::kInstants>;
+
+  // Over the exposure of a block's rows, which is centred on the time of each.
+  InstantPoses PosesOfBlock(int frame, int camera, int first_row) const {
     const double exposure_s = 1e-3 * exposures_[frame].time_ms;
-    RayPose poses[CameraRays::kInstants];
+    const bool rolls = task_.rig.readout_s[camera] != 0;
+    InstantPoses poses;
     for (int k = 0; k < CameraRays::kInstants; ++k) {
       const double part = (k + 0.5) / CameraRays::kInstants - 0.5;
-      poses[k] = PoseAt(task_.times_s[frame] + part * exposure_s, camera);
+      const auto pose_of = [&](int row) {
+        return PoseAt(task_.times_s[frame] + RowTime_s(task_.rig, camera, row) + part * exposure_s,
+                      camera);
+      };
+      poses[k] = AllRowsAt(pose_of(first_row));
+      for (int r = 1; rolls && r < CameraRays::kBlockRows; ++r)
+        poses[k][r] = pose_of(first_row + r);
     }
+    return poses;
+  }
+
+  // Mean over the pixels' areas and over the exposure.
+  cv::Mat RadianceImage(int frame, int camera) const {
     const Camera& model = task_.rig.cameras[camera];
     cv::Mat image(model.height_px, model.width_px, CV_32F);
-    const int blocks = camera_rays_[camera].blocks_across() * camera_rays_[camera].blocks_down();
+    const CameraRays& rays = camera_rays_[camera];
+    const bool rolls = task_.rig.readout_s[camera] != 0;
+    InstantPoses poses = PosesOfBlock(frame, camera, 0);
     RayScene::Packet packet;
     packet.Clear();
-    for (int block = 0; block < blocks; ++block) {
+    for (int block = 0; block < rays.blocks_across() * rays.blocks_down(); ++block) {
       if (block % 1024 == 0) StopIfAsked();
+      if (rolls && block % rays.blocks_across() == 0) {
+        poses = PosesOfBlock(frame, camera, block / rays.blocks_across() * CameraRays::kBlockRows);
+      }
       for (const int colour : {0, 1}) PaintHalf(camera, block, colour, poses, &packet, &image);
     }
     return image;
   }
 
   // The pixels of one colour of a block.
-  void PaintHalf(int camera, int block, int colour, const RayPose* poses, RayScene::Packet* packet,
-                 cv::Mat* image) const {
+  void PaintHalf(int camera, int block, int colour, const InstantPoses& poses,
+                 RayScene::Packet* packet, cv::Mat* image) const {
     const CameraRays& rays = camera_rays_[camera];
     float sum[kLanes] = {}, radiance[kLanes];
     for (int sample = 0; sample < CameraRays::kSamples; ++sample) {
@@ -221,16 +251,16 @@ class SceneRenderer : public PairRenderer {
     }
   }
 
-  // Along the optical axis of the left camera in the middle of the exposure, at pixel centres.
+  // Along the optical axis of the left camera in the middle of a row's exposure, at pixel centres.
   cv::Mat DepthImage(int frame) const {
     const Camera& camera = task_.rig.cameras[0];
-    const RayPose pose = PoseAt(task_.times_s[frame], 0);
     cv::Mat depth_m = cv::Mat::zeros(camera.height_px, camera.width_px, CV_32F);
     RayScene::Packet packet;
     CameraRays::Packet rays;
     packet.Clear();
     for (int y = 0; y < depth_m.rows; ++y) {
       StopIfAsked();
+      const RowPoses pose = AllRowsAt(PoseAt(task_.times_s[frame] + RowTime_s(task_.rig, 0, y), 0));
       for (int x0 = 0; x0 < depth_m.cols; x0 += kLanes) {
         const int count = std::min(kLanes, depth_m.cols - x0);
         for (int i = 0; i < kLanes; ++i) {

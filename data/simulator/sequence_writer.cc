@@ -11,6 +11,7 @@
 #include <mutex>
 #include <vector>
 
+#include "data/calibration/calibration.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
@@ -69,17 +70,23 @@ std::string AslTransform(const RigidTransform& T_body_sensor) {
                      MatrixRows(T_body_sensor, "{}, {}, {}, {}", ",\n         "));
 }
 
+// Nothing for a global shutter.
+std::string ReadoutLine(const Rig& rig, int camera, const char* indent) {
+  const double readout_s = rig.readout_s[camera];
+  return readout_s == 0 ? "" : fmt::format("{}{}: {}\n", indent, kReadoutKey, readout_s);
+}
+
 std::string AslCamera(const Rig& rig, int index, double rate_hz) {
   const Camera& camera = rig.cameras[index];
   const CameraWords words = DescribeCamera(camera);
   return fmt::format(
       "sensor_type: camera\ncomment: simulated\n{}rate_hz: {}\nresolution: [{}, {}]\n"
       "camera_model: {}\nintrinsics: [{}] #fu, fv, cu, cv\ndistortion_model: {}\n"
-      "distortion_coefficients: [{}]\n",
+      "distortion_coefficients: [{}]\n{}",
       AslTransform(rig.T_imu_camera[index]), rate_hz, camera.width_px, camera.height_px,
       words.camera_model, fmt::join(words.intrinsics, ", "),
       words.distortion_model == "radtan" ? "radial-tangential" : words.distortion_model,
-      fmt::join(words.coefficients, ", "));
+      fmt::join(words.coefficients, ", "), ReadoutLine(rig, index, ""));
 }
 
 std::string AslImu(const ImuNoise& noise) {
@@ -99,10 +106,10 @@ std::string KalibrCamera(const Rig& rig, int index) {
   return fmt::format(
       "{}:\n  camera_model: {}\n  intrinsics: [{}]\n  distortion_model: {}\n"
       "  distortion_coeffs: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n"
-      "  T_imu_cam:\n{}\n",
+      "{}  T_imu_cam:\n{}\n",
       CameraName(index), words.camera_model, fmt::join(words.intrinsics, ", "),
       words.distortion_model, fmt::join(words.coefficients, ", "), camera.width_px,
-      camera.height_px, rig.camera_time_offset_s,
+      camera.height_px, rig.camera_time_offset_s, ReadoutLine(rig, index, "  "),
       MatrixRows(rig.T_imu_camera[index], "    - [{}, {}, {}, {}]", "\n"));
 }
 
@@ -201,10 +208,13 @@ void SequenceWriter::WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const 
   WritePng(fmt::format("{}/depth/{}.png", truth_folder_, stamp_ns), depth_mm);
 }
 
-void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns) const {
-  std::string text = kAslImagesHead;
-  for (const int64_t stamp_ns : stamps_ns) text += fmt::format("{0},{0}.png\n", stamp_ns);
+void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns,
+                                     int64_t right_offset_ns) const {
   for (const int camera : {0, 1}) {
+    std::string text = kAslImagesHead;
+    for (const int64_t stamp_ns : stamps_ns) {
+      text += fmt::format("{0},{0}.png\n", stamp_ns + camera * right_offset_ns);
+    }
     WriteFile(mav_folder_ + "/" + CameraName(camera) + "/data.csv", text);
   }
 }

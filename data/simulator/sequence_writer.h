@@ -98,8 +98,8 @@ class SequenceWriter {
   // stored as 16 bit in millimetres: truth/depth/<stamp>.png.
   void WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const;
 
-  // data.csv of both cameras.
-  void WriteImageLists(const std::vector<int64_t>& stamps_ns) const;
+  // data.csv of both cameras, whose right images are stamped later by right_offset_ns.
+  void WriteImageLists(const std::vector<int64_t>& stamps_ns, int64_t right_offset_ns = 0) const;
 
  private:
   std::string mav_folder_, truth_folder_;

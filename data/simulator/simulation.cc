@@ -113,6 +113,7 @@ constexpr int64_t kMadeStart_ns = 1'600'000'000'000'000'000;  // of motions with
 constexpr double kLeastRate_hz = 0.01, kMostRate_hz = 1000;
 constexpr int64_t kMostSeed = 4294967295;  // images take 32 bits
 constexpr double kMargin_s = 0.06;  // of IMU samples before the first and after the last image
+constexpr double kMostRightOffset_s = 0.03, kMostReadout_s = 0.05;  // rows stay in the margin
 
 struct StartedMotion {
   MotionSpline motion;
@@ -204,6 +205,8 @@ Rig MakeTrueRig(const SimulationOptions& options) {
   Rig rig = ReadSimulatedRig(options.rig);
   rig.imu_noise = MakeModel(options, rig).noise;
   rig.camera_time_offset_s = options.time_offset_s;
+  rig.right_time_offset_s = options.right_offset_s.value_or(rig.right_time_offset_s);
+  if (options.readout_s) rig.readout_s.fill(*options.readout_s);
   const std::vector<double>& scale = options.imu_scale;
   if (!scale.empty() || options.imu_axes_deg != 0) {
     rig.imu_correction =
@@ -312,6 +315,10 @@ void SimulationOptions::Check() const {
                     image_rate_hz, kLeastRate_hz, kMostRate_hz));
   }
   expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
+  expect(std::abs(right_offset_s.value_or(0)) <= kMostRightOffset_s,
+         "--right-offset-s: expected at most 0.03 either way");
+  expect(std::abs(readout_s.value_or(0)) <= kMostReadout_s,
+         "--readout-s: expected at most 0.05 either way");
   expect(imu_scale.size() <= 2, "--imu-scale: expected one or two numbers");
   for (const double scale : imu_scale) {
     expect(std::abs(scale) <= 0.2, "--imu-scale: expected -0.2 to 0.2");
@@ -359,11 +366,12 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   }
   const std::vector<int64_t> stamps_ns = ImageStamps(task, started);
   const int planned = static_cast<int>(stamps_ns.size());
+  const int64_t right_offset_ns = ToNanoseconds(rig.right_time_offset_s);
   std::vector<double> nearest_m(planned);
   const auto make = [&](int frame) {
     const RenderedPair pair = renderer->Render(frame, options.with_depth);
     writer.WriteImage(0, stamps_ns[frame], pair.left);
-    writer.WriteImage(1, stamps_ns[frame], pair.right);
+    writer.WriteImage(1, stamps_ns[frame] + right_offset_ns, pair.right);
     if (!options.with_depth) return;
     writer.WriteDepth(stamps_ns[frame], pair.depth_m);
     nearest_m[frame] = NearestDepth(pair.depth_m);
@@ -379,7 +387,7 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
     return goes_on;
   };
   const int pairs = MakeFrames(planned, options.threads, make, report);
-  writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs});
+  writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs}, right_offset_ns);
   renderer->WriteTruth(writer.truth_folder(), pairs);
   SimulationState end = state(pairs);
   const auto nearest = std::min_element(nearest_m.begin(), nearest_m.begin() + pairs);

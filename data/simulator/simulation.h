@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,9 @@ struct SimulationOptions {
   // number: of both), along axes that are off by so much; see MisreadingImu. Not told in mav0.
   std::vector<double> imu_scale;
   double imu_axes_deg = 0;
-  double time_offset_s = 0;   // stamp on the IMU's clock minus stamp on the camera's
+  double time_offset_s = 0;  // stamp on the IMU's clock minus stamp on the camera's
+  // Of Rig, instead of what the rig's file says; the right images have stamps of their own.
+  std::optional<double> right_offset_s, readout_s;
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
   bool with_depth = false;
   int threads = 2;
