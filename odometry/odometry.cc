@@ -61,13 +61,16 @@ class TrackedPoints final : public PointSource {
   const std::vector<PointObservation>& observations() const override {
     return tracker_->observations();
   }
-  void Detect() override { tracker_->Detect(pair_->right()); }
+  void Detect() override { tracker_->Detect(pair_->right(), rows_move_px_); }
+  // By how much points may be off their rows in right images.
+  void SetRowsMove(double rows_move_px) { rows_move_px_ = rows_move_px; }
   void Remove(const std::unordered_set<int64_t>& ids) override { tracker_->Remove(ids); }
   void Reset() override { tracker_->Reset(); }
 
  private:
   PointTracker* tracker_;
   RectifiedPair* pair_;
+  double rows_move_px_ = 0;
 };
 
 class TrackedLines final : public LineSource {
@@ -113,6 +116,7 @@ class Odometry::Impl {
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
     estimator_.SetLensShifts(ComputeLensShifts(rig, rectifier_.rectified_rig()));
+    estimator_.SetRowTimes(RowTimes(rig_, rectifier_.rectified_rig()));
   }
 
   void AddImu(const ImuSample& sample) {
@@ -130,7 +134,8 @@ class Odometry::Impl {
       Warn("images dropped whose IMU samples did not arrive");
       pending_.pop_front();
     }
-    while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front().image))) {
+    while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front().image) +
+                                                        estimator_.LooksAhead_ns())) {
       current_ = std::move(pending_.front());
       pending_.pop_front();
       Process();
@@ -197,17 +202,31 @@ class Odometry::Impl {
     pair_.Set(RectifiedLeft(), [this] { return RectifiedRight(); });
     TrackPoints(stamp_ns);
     Take(estimator_.FinishKeyframe());
-    CorrectRightRectification();
+    CorrectRightRectification(stamp_ns);
     Take(estimator_.AddImage(stamp_ns));
   }
 
   // Follows what is known of the right camera, so that points are found along the rows.
-  void CorrectRightRectification() {
+  void CorrectRightRectification(int64_t stamp_ns) {
+    if (rig_.right_time_offset_s != 0) {
+      TurnRightBack(stamp_ns);
+      return;
+    }
     constexpr double kMaxRowError_px = 0.3;
     if (estimator_.RightRowsOff_px() < kMaxRowError_px) return;
     const RightCorrection known = estimator_.KnownRight();
     rectifier_.CorrectRight(known);
     estimator_.SetRightRectification(known);
+  }
+
+  // A right image that is taken later is rectified as if it were turned as at the stamp; how far it
+  // moves is left.
+  void TurnRightBack(int64_t stamp_ns) {
+    late_right_ = estimator_.KnownRight();
+    late_right_->rotation_rad =
+        LogRotation(estimator_.RightTurnSince(stamp_ns) * ExpRotation(late_right_->rotation_rad));
+    estimator_.SetRightRectification(*late_right_);
+    points_.SetRowsMove(estimator_.RightRowsMove_px());
   }
 
   void Take(std::optional<OnlineState> state) {
@@ -259,6 +278,7 @@ class Odometry::Impl {
       Warn("right images ignored that repeat the one before while the rig moves");
       return cv::Mat();
     }
+    if (late_right_) rectifier_.CorrectRight(*late_right_);
     return rectifier_.Rectify(right, 1);
   }
 
@@ -300,6 +320,7 @@ class Odometry::Impl {
   Rig rig_;
   RepeatedImages repeated_left_, repeated_right_;
   Rectifier rectifier_;
+  std::optional<RightCorrection> late_right_;  // of the current pair, where it is taken later
   RectifiedPair pair_;
   PointTracker tracker_;
   TrackedPoints points_;

@@ -17,6 +17,8 @@ struct StereoLineMeasurement {
   LineSegment left;
   std::optional<LineSegment> right;
   double weight = 1;  // times that of the geometry: how much better than others it was measured
+  // As it was measured, start and end a camera, where what is above was brought to the stamp.
+  std::vector<TimedPlace> timed = {};
 
   int rows() const { return right ? 4 : 2; }
 };

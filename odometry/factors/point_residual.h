@@ -4,8 +4,10 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "odometry/factors/factor.h"
+#include "odometry/geometry/exposure.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap::inline odometry {
@@ -46,6 +48,8 @@ struct StereoGeometry {
 struct StereoMeasurement {
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right;
+  // As it was measured, a place a camera, where what is above was brought to the stamp.
+  std::vector<TimedPlace> timed = {};
 };
 
 // A measurement, and how it moves with a focal length s and a principal point.

@@ -50,7 +50,8 @@ class PointTracker::Impl {
     points_ = std::move(kept);
   }
 
-  void Detect(const cv::Mat& right) {
+  void Detect(const cv::Mat& right, double rows_move_px) {
+    rows_move_px_ = rows_move_px;
     if (left_.empty()) return;
     DetectLeft();
     if (right.empty()) return;
@@ -194,8 +195,8 @@ class PointTracker::Impl {
 
   bool AcceptRight(float correlation, const TrackedPoint& p, const PatchWarp& right) const {
     const Eigen::Vector2f d = p.left.center_px - right.center_px;
-    return correlation >= kMinCorrelation && std::abs(d.y()) <= kMaxEpipolar_px &&
-           d.x() >= kMinDisparity_px;
+    return correlation >= kMinCorrelation && std::abs(d.y()) <= kMaxEpipolar_px + rows_move_px_ &&
+           d.x() >= kMinDisparity_px - rows_move_px_;
   }
 
   // Where it was last seen, or else anywhere.
@@ -237,6 +238,7 @@ class PointTracker::Impl {
   std::vector<TrackedPoint> points_;
   std::vector<PointObservation> observations_;  // of points_, in the same order
   int64_t next_id_ = 0;
+  double rows_move_px_ = 0;  // of the right image last given
 };
 
 PointTracker::PointTracker(const PointTrackerOptions& options, const Rig& rectified_rig,
@@ -249,7 +251,9 @@ PointTracker::~PointTracker() = default;
 void PointTracker::Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous) {
   impl_->Track(left, R_now_previous);
 }
-void PointTracker::Detect(const cv::Mat& right) { impl_->Detect(right); }
+void PointTracker::Detect(const cv::Mat& right, double rows_move_px) {
+  impl_->Detect(right, rows_move_px);
+}
 void PointTracker::Remove(const std::unordered_set<int64_t>& ids) { impl_->Remove(ids); }
 void PointTracker::Reset() { impl_->Reset(); }
 const std::vector<PointObservation>& PointTracker::observations() const {

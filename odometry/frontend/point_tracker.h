@@ -28,9 +28,9 @@ class PointTracker {
   void Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous);
 
   // Detects new points where there are none, up to max_points, in the left image last given, and
-  // finds all points in the right image that belongs to it (empty with one camera). Called on
-  // keyframes.
-  void Detect(const cv::Mat& right);
+  // finds all points in the right image that belongs to it (empty with one camera), whose rows may
+  // be off by so much more than they are by noise. Called on keyframes.
+  void Detect(const cv::Mat& right, double rows_move_px = 0);
 
   // Forgets points, for instance those that the estimator found to be outliers.
   void Remove(const std::unordered_set<int64_t>& ids);

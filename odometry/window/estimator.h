@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/core/types.h"
+#include "odometry/geometry/exposure.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"
 #include "odometry/geometry/pinhole.h"
@@ -64,6 +65,16 @@ class Estimator {
   const ImuBuffer& imu() const { return imu_; }
   // How images move with what the lenses are; ideal pinholes without.
   void SetLensShifts(const std::array<LensShift, 2>& shifts);
+
+  // When rows of images are exposed; all at the stamp without. Samples have to be there for so much
+  // after an image's stamp (0 where all is exposed at it).
+  void SetRowTimes(const RowTimes& times) { row_times_ = times; }
+  int64_t LooksAhead_ns() const;
+
+  // How the right camera turns, in its rectified frame, from a stamp until its image is taken, and
+  // by how much it moves across rows at most meanwhile.
+  Eigen::Quaterniond RightTurnSince(int64_t stamp_ns) const;
+  double RightRowsMove_px() const;
 
   // What the window knows of the right camera, and how far the rows of right images are off by that
   // as they are rectified now.
@@ -167,6 +178,7 @@ class Estimator {
   int64_t cut_offset_ns_ = 0;  // of cuts; of new ones as far as it is not ahead
   int64_t last_cut_ns_ = 0;    // of the last image
   RightRectification right_;
+  RowTimes row_times_;
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
   double last_speed_m_s_ = 0;

@@ -212,6 +212,7 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     frame->cut = frames_[i]->cut;
     frame->measurements = frames_[i]->measurements;
     frame->lines = frames_[i]->lines;
+    frame->felt = frames_[i]->felt;
     frame->from_previous = std::move(imu);
     const LinearState& state = alignment.states[i];
     SetState(T_world_first * state.T_first_imu * T_imu_body,

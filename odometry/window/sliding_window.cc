@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/window/at_stamp.h"
 #include "odometry/window/line_priors.h"
 #include "odometry/window/point_landmarks.h"
 #include "odometry/window/window_state.h"
@@ -98,6 +99,7 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   }
   FrameState* newest = state_.frames.back().get();
   SetFirstPrior();
+  BringToStamps(model_, &state_);
   TriangulatePoints(first_triangulation_, model_.Corrected(model_.geometry), &state_);
   Optimize(5 * options_.max_iterations);
   if (calibration_prior_.RejectRows(calibration())) {
@@ -114,6 +116,7 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
 
 FinishedIds SlidingWindow::RejectOutliers() {
   FinishedIds finished;
+  BringToStamps(model_, &state_);
   finished.points = RejectPoints();
   finished.lines = structure_.Judge(model_, newest(), &state_);
   return finished;
@@ -172,7 +175,12 @@ void SlidingWindow::Predict(FrameState* frame) const {
               frame->pose.data());
 }
 
+void SlidingWindow::BringToStamp(FrameState* frame) const {
+  slcmap::BringToStamp(state_, model_, frame);
+}
+
 std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame, FrameFit* fit) const {
+  BringToStamp(frame);
   std::vector<Term> terms;
   AddImuTerm(state_.frames.back().get(), frame, model_, &terms);
   if (frame->stands_still) AddZeroVelocityTerm(frame, model_, &terms);
@@ -213,6 +221,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   state_.frames.push_back(std::move(frame));
   FrameState* newest = state_.frames.back().get();
   RegisterPoints(newest, &state_);
+  BringToStamp(newest);
   TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
@@ -263,6 +272,7 @@ void SlidingWindow::RepropagateMoved() {
 
 SolverSummary SlidingWindow::Optimize(int max_iterations) {
   RepropagateMoved();
+  BringToStamps(model_, &state_);
   std::vector<Term> terms = BuildTerms(&state_, model_);
   SolverOptions solver;
   solver.max_iterations = max_iterations;

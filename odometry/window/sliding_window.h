@@ -62,6 +62,10 @@ class SlidingWindow {
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
 
+  // Brings what a frame measured to its stamp, by its state as it is (see
+  // odometry/window/at_stamp.h).
+  void BringToStamp(FrameState* frame) const;
+
   // Estimates a frame alone against the window as it is, and rejects what does not fit then; `fit`
   // becomes how well it fits.
   std::unordered_set<int64_t> Track(FrameState* frame, FrameFit* fit = nullptr) const;

@@ -21,6 +21,7 @@
 #include "odometry/factors/imu_factor.h"
 #include "odometry/factors/line_residual.h"
 #include "odometry/factors/point_residual.h"
+#include "odometry/geometry/exposure.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"
 
@@ -43,6 +44,7 @@ struct FrameState {
   ImuCut cut;                                         // where from_previous ends
   std::map<int64_t, StereoMeasurement> measurements;  // by landmark id
   std::map<int64_t, StereoLineMeasurement> lines;     // by line id
+  FeltMotion felt;  // around the stamp; only where rows are not exposed at it
   bool stands_still = false;
   std::optional<int64_t> rests_since_ns;  // from then to its cut the rig has not moved
 
