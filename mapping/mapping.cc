@@ -262,10 +262,21 @@ void RunBuildingStage(std::vector<ViewRays> rays, const std::vector<ViewCameras>
                CountDense(*map));
 }
 
+// Poses, points and lines of a run are right for such images; their pixels are taken as if they
+// were exposed at the stamp.
+void WarnOfRows(const OdometryRun& run, MapResult* map) {
+  if (!run.source || IsTakenAtOnce(run.source->raw_rig)) return;
+  ++map->warnings["images_not_exposed_at_once"];
+  spdlog::warn(
+      "clouds and map lines take the images of each pair as exposed at its stamp: with a rolling "
+      "shutter, or a right image taken later, they are off by what the rig moves meanwhile");
+}
+
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const StageStore& store, const Progress& progress, MapResult* map) {
   map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
+  WarnOfRows(run, map);
   std::vector<ViewRays> rays =
       RunDenseStage(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
   RunLineStage(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);

@@ -171,6 +171,27 @@ std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
       1e3 * offset_s, right_name, offset_s > 0 ? "late" : "early");
 }
 
+// By how much right images are stamped later than left ones, where that is so by more than stamps
+// scatter and each still belongs to one left image; else 0.
+double StampedLater_s(const std::vector<ImageFile>& left, const std::vector<ImageFile>& right) {
+  constexpr double kMostOfStep = 0.4;
+  const double later_s = left.empty() ? 0 : ConstantOffset_s(left, right).value_or(0);
+  const double most_s = std::min(kMaxRightOffset_s, kMostOfStep * MedianStep_s(left));
+  return std::abs(later_s) > kMinRightOffset_s && std::abs(later_s) <= most_s ? later_s : 0;
+}
+
+// Right images that are stamped later are taken later: who triggers both cameras together says so.
+void TakeLater(double later_s, std::vector<ImageFile>* right, Sequence* sequence) {
+  if (later_s == 0) return;
+  for (ImageFile& image : *right) image.stamp_ns -= ToNanoseconds(later_s);
+  sequence->rig.right_time_offset_s += later_s;
+  spdlog::warn(
+      "{}: images of {} are stamped {:.1f} ms after those of {}, and taken to be exposed so; where "
+      "the cameras are triggered together, open it with --right-offset {:.1f}",
+      sequence->folder, CameraFolder(*sequence, 1), 1e3 * later_s, CameraFolder(*sequence, 0),
+      1e3 * later_s);
+}
+
 // The images that sequence->rig has cameras for.
 std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables& tables,
                                     Sequence* sequence) {
@@ -182,6 +203,7 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   }
   std::vector<ImageFile> right = tables.right;
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
+  TakeLater(StampedLater_s(left, right), &right, sequence);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (2 * images.size() >= left.size()) return images;
   const std::string remedy =

@@ -402,6 +402,10 @@ void WriteRig(const std::string& path, const Rig& rig) {
   if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
     json["masks"] = {CollectRuns(rig.masks[0]), CollectRuns(rig.masks[1])};
   }
+  if (!IsTakenAtOnce(rig)) {
+    json["right_time_offset_s"] = rig.right_time_offset_s;
+    json["readout_s"] = rig.readout_s;
+  }
   if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
   WriteJsonFile(path, json);
 }
@@ -425,6 +429,11 @@ Rig ReadRig(const std::string& path) {
         rig.masks[i] = MaskOfRuns(json.at("masks").at(i).get<std::vector<int>>(), rig.cameras[i],
                                   fmt::format("{}: masks[{}]", path, i));
       }
+    }
+    if (json.contains("readout_s")) {  // of a rig whose rows are not exposed at once
+      rig.right_time_offset_s =
+          BoundedAt(path, json, "right_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
+      rig.readout_s = json.at("readout_s").get<std::array<double, 2>>();
     }
     if (json.contains("imu_correction")) {  // of an IMU that was calibrated so
       rig.imu_correction = ParseCorrection(path + ": imu_correction", json.at("imu_correction"));
