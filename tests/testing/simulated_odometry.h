@@ -198,6 +198,9 @@ struct SimulatedRunOptions {
   std::optional<LineTrackSimulatorOptions> lines;
   double line_outlier_share = 0;  // of the edges, whose tracks slide 1 px a frame
   int line_life = 0;              // see SimulatedLines
+  // Of points, both cameras'; lines are as if exposed at once. See Rig.
+  double right_offset_s = 0, readout_s = 0;
+  bool takes_rows_at_once = false;  // the estimator, though they are not
   CalibrationFault fault;
   OdometryOptions odometry;
 };
@@ -318,6 +321,8 @@ inline SimulatedRun RunOnSimulatedTracks(
     const std::function<void(Estimator*)>& after_image = nullptr) {
   SimulatedRun out;
   out.rig = ExampleStereoRig();
+  out.rig.right_time_offset_s = options.right_offset_s;
+  out.rig.readout_s.fill(options.readout_s);
   const MotionSpline motion =
       given_motion ? *given_motion
                    : ExampleFlight(out.rig, options.duration_s, options.stand_still_s);
@@ -351,12 +356,14 @@ inline SimulatedRun RunOnSimulatedTracks(
   Estimator estimator(options.odometry, claimed, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
   estimator.SetLensShifts(ComputeLensShifts(claimed, claimed));
+  if (!options.takes_rows_at_once) estimator.SetRowTimes(RowTimes(claimed, claimed));
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
-    while (next < out.imu.samples.size() &&
-           (next == 0 ||
-            out.imu.samples[next - 1].stamp_ns <
-                std::max(frame.stamp_ns, frame.stamp_ns + options.fault.stamps_late_ns))) {
+    while (
+        next < out.imu.samples.size() &&
+        (next == 0 || out.imu.samples[next - 1].stamp_ns <
+                          std::max(frame.stamp_ns, frame.stamp_ns + options.fault.stamps_late_ns) +
+                              estimator.LooksAhead_ns())) {
       ImuSample sample = out.imu.samples[next++];
       const double t_s = ToSeconds(sample.stamp_ns);
       if (t_s > options.lift_from_s && t_s < options.lift_to_s) {
@@ -366,7 +373,7 @@ inline SimulatedRun RunOnSimulatedTracks(
       estimator.AddImu(options.fault.Misread(sample));
     }
     const int64_t stamp_ns = frame.stamp_ns + options.fault.stamps_late_ns;
-    if (!estimator.imu().Covers(stamp_ns)) continue;
+    if (!estimator.imu().Covers(stamp_ns + estimator.LooksAhead_ns())) continue;
     const double t_s = ToSeconds(frame.stamp_ns);
     if (t_s > options.image_gap_from_s && t_s < options.image_gap_to_s) continue;
     estimator.CheckGaps(stamp_ns);

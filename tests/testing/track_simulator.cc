@@ -56,23 +56,30 @@ class TrackSimulator {
     frame.stamp_ns =
         options_.start_stamp_ns + ToNanoseconds(t_s) - ToNanoseconds(rig_.camera_time_offset_s);
     frame.T_world_imu = motion_.PoseAt(t_s);
-    std::erase_if(live_, [&](int64_t id) { return !See(frame.T_world_imu, id, 0); });
-    TakeUpNew(frame.T_world_imu);
-    for (const int64_t id : live_) frame.tracks.push_back(Measure(frame.T_world_imu, id));
+    std::erase_if(live_, [&](int64_t id) { return !See(t_s, id, 0); });
+    TakeUpNew(t_s);
+    for (const int64_t id : live_) frame.tracks.push_back(Measure(t_s, id));
     result_.frames.push_back(std::move(frame));
   }
 
-  // The exact pixel of a landmark where the camera sees it.
-  std::optional<Eigen::Vector2d> See(const RigidTransform& T_world_imu, int64_t id,
-                                     int camera) const {
-    const RigidTransform T_camera_world = (T_world_imu * rig_.T_imu_camera[camera]).Inverse();
-    const Eigen::Vector3d p_camera = T_camera_world * result_.landmarks_world[id];
-    std::optional<Eigen::Vector2d> pixel = rig_.cameras[camera].Project(p_camera);
+  // The exact pixel of a landmark where the camera sees it, as its row is exposed.
+  std::optional<Eigen::Vector2d> See(double t_s, int64_t id, int camera) const {
+    constexpr int kRounds = 4;
+    std::optional<Eigen::Vector2d> pixel;
+    double row_px = 0.5 * (rig_.cameras[camera].height_px - 1);
+    for (int round = 0; round < (IsTakenAtOnce(rig_) ? 1 : kRounds); ++round) {
+      const RigidTransform T_world_imu = motion_.PoseAt(t_s + RowTime_s(rig_, camera, row_px));
+      const RigidTransform T_camera_world = (T_world_imu * rig_.T_imu_camera[camera]).Inverse();
+      pixel = rig_.cameras[camera].Project(T_camera_world * result_.landmarks_world[id]);
+      if (!pixel) return std::nullopt;
+      row_px = pixel->y();
+    }
     if (pixel && !rig_.cameras[camera].Contains(*pixel, options_.margin_px)) pixel.reset();
     return pixel;
   }
 
-  void TakeUpNew(const RigidTransform& T_world_imu) {
+  void TakeUpNew(double t_s) {
+    const RigidTransform T_world_imu = motion_.PoseAt(t_s);
     const Camera& left = rig_.cameras[0];
     const double margin = options_.margin_px;
     std::uniform_real_distribution<double> x_px(margin, left.width_px - 1 - margin);
@@ -84,7 +91,7 @@ class TrackSimulator {
       if (!ray) continue;
       const auto id = static_cast<int64_t>(result_.landmarks_world.size());
       result_.landmarks_world.push_back(PlaceLandmark(T_world_imu * rig_.T_imu_camera[0], *ray));
-      if (See(T_world_imu, id, 0)) {
+      if (See(t_s, id, 0)) {
         live_.push_back(id);
       } else {
         result_.landmarks_world.pop_back();
@@ -104,8 +111,8 @@ class TrackSimulator {
     return T_world_camera.translation + distance_m * ray_world;
   }
 
-  SimulatedTrack Measure(const RigidTransform& T_world_imu, int64_t id) {
-    SimulatedTrack track{id, *See(T_world_imu, id, 0) + Noise(), See(T_world_imu, id, 1)};
+  SimulatedTrack Measure(double t_s, int64_t id) {
+    SimulatedTrack track{id, *See(t_s, id, 0) + Noise(), See(t_s, id, 1)};
     if (track.right_px) *track.right_px += Noise();
     return track;
   }

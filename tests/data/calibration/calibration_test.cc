@@ -102,13 +102,17 @@ TEST(KalibrCalibration, BothCamerasHaveOneTimeShift) {
   EXPECT_EQ(same.Count(kTimeShiftsDiffer), 0);
   EXPECT_EQ(read("0.0017", &near).rig.camera_time_offset_s, 0.0012);
   EXPECT_EQ(near.Count(kTimeShiftsDiffer), 1);
+  // Further apart: images of two times.
+  const Rig later = read("0.0092", &far).rig;
+  EXPECT_EQ(later.camera_time_offset_s, 0.0012);
+  EXPECT_NEAR(later.right_time_offset_s, 0.008, 1e-12);
   try {
-    read("-0.003", &far);
+    read("-0.053", &far);
     ADD_FAILURE() << "expected a fault";
   } catch (const InputFault& fault) {
     EXPECT_THAT(
         fault.what(),
-        HasSubstr("cam1: timeshift_cam_imu: found -0.003 s, expected that of cam0, 0.0012 s"));
+        HasSubstr("cam1: timeshift_cam_imu: found -0.053 s, expected that of cam0, 0.0012 s"));
     EXPECT_THAT(fault.remedy(), HasSubstr("cam1.timeshift_cam_imu in "));
   }
 }
@@ -241,10 +245,12 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
        "distortion_coefficients in "},
       {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 5\n",
        "timeshift_cam_imu: found 5 s, expected at most 1 s either way", "in seconds"},
+      {camera, "rate_hz: 20\n", "rate_hz: 20\nreadout_s: 20\n",
+       "readout_s: found 20 s, expected at most 0.1 s either way", "readout_s in "},
       {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: -10\n",
        "timeshift_cam_imu: found -10 s", "one clock"},
-      {"cam1/sensor.yaml", "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 0.002\n",
-       "timeshift_cam_imu: found 0.002 s, expected that of cam0, 0 s", "timeshift_cam_imu in "},
+      {"cam1/sensor.yaml", "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 0.2\n",
+       "timeshift_cam_imu: found 0.2 s, expected that of cam0, 0 s", "timeshift_cam_imu in "},
       {camera, "0, 0, 0, 1]", "0, 0, 5, 1]", "found the last row '0 0 5 1'", "T_BS in "},
       {camera, "[0, 0, 1, 0,", "[0, 0, 2, 0,", "is not a rotation", "copy T_BS in "},
       {camera, "rows: 4", "rows: 3", "rows: found 3", "T_BS.rows in "},
