@@ -184,6 +184,38 @@ TEST(RendererTest, MotionBlursAlongTheMotionOnlyAndAboutItsMiddle) {
   EXPECT_NEAR(level_moving.position_px, level.position_px, 0.02);
 }
 
+// Rows of a rolling shutter are those of images that were taken whole, each at the row's time.
+TEST(RendererTest, RowsAreExposedAtTheirOwnTimes) {
+  Rig rig = SmallRig(Distortion::kRadialTangential);
+  const auto task_of = [](const Rig& of, double later_s) {
+    RenderTask task = SlidingTask(of, LookingAlongX(), {0.5, 3, -1}, 1);
+    task.times_s[0] += later_s;
+    return task;
+  };
+  const Scene scene = TwoToneWall(3, true, 0.8f, 0.1f);
+  Rig rolling = rig;
+  rolling.readout_s = {0.03, -0.02};
+  rolling.right_time_offset_s = 0.008;
+  const RenderedPair pair =
+      MakeSceneRenderer(scene, CleanOptions(1), task_of(rolling, 0))->Render(0, true);
+  for (const int row : {0, 37, 61, 119}) {
+    for (const int camera : {0, 1}) {
+      const double later_s = RowTime_s(rolling, camera, row);
+      EXPECT_NEAR(
+          later_s,
+          camera == 0 ? 0.03 * ((row + 0.5) / 120 - 0.5) : 0.008 - 0.02 * ((row + 0.5) / 120 - 0.5),
+          1e-12);
+      const RenderedPair whole =
+          MakeSceneRenderer(scene, CleanOptions(1), task_of(rig, later_s))->Render(0, true);
+      const cv::Mat& of_row = camera == 0 ? pair.left : pair.right;
+      const cv::Mat& of_whole = camera == 0 ? whole.left : whole.right;
+      EXPECT_EQ(cv::norm(of_row.row(row), of_whole.row(row), cv::NORM_INF), 0)
+          << camera << " " << row;
+      if (camera == 0) EXPECT_EQ(cv::norm(pair.depth_m.row(row), whole.depth_m.row(row)), 0);
+    }
+  }
+}
+
 TEST(RendererTest, NoiseIsThatOfASensorAndNewInEachImage) {
   const RenderTask task = StillTask(Distortion::kNone, 2);
   RendererOptions options;

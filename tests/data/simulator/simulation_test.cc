@@ -93,6 +93,25 @@ TEST_F(SimulationTest, StampsAreOnTheCamerasClock) {
   EXPECT_EQ(OpenSequence(options_.folder).images.front().stamp_ns, first_ns - 12'000'000);
 }
 
+TEST_F(SimulationTest, RightImagesAndRowsOfTheirOwnTimesAreTold) {
+  options_.right_offset_s = 0.008;
+  options_.readout_s = 0.02;
+  const SimulationState summary = Run();
+  const Sequence sequence = OpenSequence(options_.folder);
+  ASSERT_EQ(static_cast<int>(sequence.images.size()), summary.pairs);
+  EXPECT_NEAR(sequence.rig.right_time_offset_s, 0.008, 1e-9);
+  EXPECT_EQ(sequence.rig.readout_s[0], 0.02);
+  EXPECT_EQ(sequence.rig.readout_s[1], 0.02);
+  EXPECT_EQ(cv::imread(sequence.images[7].right_path, cv::IMREAD_UNCHANGED).at<uchar>(0), 107);
+  const std::string truth = options_.folder + "/truth/rig.yaml";
+  Warnings warnings;
+  EXPECT_EQ(ReadKalibrCalibration(truth, truth, &warnings).rig.readout_s[1], 0.02);
+  // Who triggers both together says that the stamps alone are late.
+  SequenceOptions together;
+  together.right_offset_s = 0.008;
+  EXPECT_EQ(OpenSequence(options_.folder, together).rig.right_time_offset_s, 0);
+}
+
 TEST_F(SimulationTest, AWrongCalibrationIsToldButNotTrue) {
   options_.miscalibration = 1;
   Run();
