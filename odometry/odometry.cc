@@ -143,6 +143,8 @@ class Odometry::Impl {
     return NewStates();
   }
 
+  double ImuAhead_s() const { return ToSeconds(estimator_.LooksAhead_ns()); }
+
   std::vector<OnlineState> Finish() {
     Take(estimator_.FinishKeyframe());
     return NewStates();
@@ -345,6 +347,7 @@ std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image,
                                              std::function<cv::Mat()> decode_right) {
   return impl_->AddStereo(image, std::move(decode_right));
 }
+double Odometry::ImuAhead_s() const { return impl_->ImuAhead_s(); }
 std::vector<OnlineState> Odometry::Finish() { return impl_->Finish(); }
 OdometryRun Odometry::Run() { return impl_->Run(); }
 OdometryRun Odometry::TakeFinished() { return impl_->TakeFinished(); }

@@ -215,7 +215,7 @@ class Feeder {
   // Feeds the samples up to the first one that is not before the image, which then need not wait.
   void FeedImuUntil(int64_t image_stamp_ns) {
     const double offset_s = source_.info().rig.camera_time_offset_s;
-    const int64_t until_ns = image_stamp_ns + ToNanoseconds(offset_s);
+    const int64_t until_ns = image_stamp_ns + ToNanoseconds(offset_s + odometry_.ImuAhead_s());
     while (!last_imu_ns_ || *last_imu_ns_ < until_ns) {
       const std::optional<ImuSample> sample = source_.NextImu();
       if (!sample) return;
