@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
@@ -29,135 +30,31 @@ constexpr double kMaxTimeOffset_s = 1;
 constexpr double kSameShift_s = 1e-6;  // of the two cameras
 constexpr double kMaxReadout_s = 0.1;
 
-[[noreturn]] void Fail(const YamlSection& section, const std::string& key,
-                       const std::string& problem, const std::string& remedy) {
-  throw CalibrationFault(section, key, problem, remedy);
-}
-
-// A value that must be there.
-template <typename T>
-T Required(YamlSection& section, const std::string& key) {
-  if (!section.Has(key)) {
-    Fail(section, key, "missing, expected in a calibration",
-         "add " + KeyInFile(section.place(), key));
-  }
-  T value{};
-  section.Read(key, &value);
-  return value;
-}
-
-std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count) {
-  const auto values = Required<std::vector<double>>(section, key);
-  if (values.size() != count) {
-    Fail(section, key, fmt::format("found {} numbers, expected {}", values.size(), count),
-         fmt::format("write {} numbers as {}", count, KeyInFile(section.place(), key)));
-  }
-  return values;
-}
-
-// Rows and columns of a matrix in ASL's form, where they are said.
-void RequireFourByFour(YamlSection& matrix) {
-  for (const char* key : {"rows", "cols"}) {
-    int count = 4;
-    matrix.Read(key, &count);
-    if (count == 4) continue;
-    Fail(matrix, key, fmt::format("found {}, expected 4", count),
-         "write a matrix of 4 rows and 4 columns; correct " + KeyInFile(matrix.place(), key));
-  }
-}
-
-cv::Size RequiredResolution(YamlSection& section) {
-  const auto sides_px = RequiredNumbers(section, "resolution", 2);
-  for (const double side_px : sides_px) {
-    if (side_px == std::floor(side_px) && std::abs(side_px) < 1e6) continue;
-    Fail(section, "resolution", fmt::format("found {}, expected whole numbers of pixels", side_px),
-         fmt::format("write width and height of the images as {}",
-                     KeyInFile(section.place(), "resolution")));
-  }
-  return {static_cast<int>(sides_px[0]), static_cast<int>(sides_px[1])};
-}
-
-// A 4x4 matrix given as rows (Kalibr) or as {rows, cols, data} (ASL).
-RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data,
-                                 Mirrored mirrored) {
-  std::vector<double> flat;
-  if (as_data) {
-    YamlSection matrix = section.Section(key);
-    RequireFourByFour(matrix);
-    flat = RequiredNumbers(matrix, "data", 16);
-    matrix.Skip("dt");  // OpenCV's type of the numbers
-    matrix.Finish();
-  } else {
-    const auto rows = Required<std::vector<std::vector<double>>>(section, key);
-    bool complete = rows.size() == 4;
-    for (const auto& row : rows) {
-      complete = complete && row.size() == 4;
-      flat.insert(flat.end(), row.begin(), row.end());
-    }
-    if (!complete) {
-      Fail(section, key, fmt::format("found {} rows, expected 4 rows of 4", rows.size()),
-           "write 4 rows of 4 numbers as " + KeyInFile(section.place(), key));
-    }
-  }
-  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
-  const bool is_mirrored = m.topLeftCorner<3, 3>().determinant() < 0;
-  if (is_mirrored && mirrored == Mirrored::kNegated) m.topLeftCorner<3, 3>() *= -1;
-  try {
-    return RigidTransformFromMatrix(m, section.place() + ": " + key);
-  } catch (const DataError& error) {
-    const std::string remedy = fmt::format(
-        "copy {} from the calibration anew, row by row: a rotation and a translation "
-        "in metres, then 0 0 0 1",
-        KeyInFile(section.place(), key));
-    if (is_mirrored) throw MirroredFault("calibration", error.what(), remedy);
-    throw InputFault("calibration", error.what(), remedy);
-  }
-}
-
 // The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
 Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
   CameraWords words{"pinhole", "none", {}, {}};
   section.Read("camera_model", &words.camera_model);
-  words.intrinsics = Required<std::vector<double>>(section, "intrinsics");
+  words.intrinsics = RequiredValue<std::vector<double>>(section, "intrinsics");
   if (words.camera_model == "pinhole" || section.Has("distortion_model")) {
-    words.distortion_model = Required<std::string>(section, "distortion_model");
+    words.distortion_model = RequiredValue<std::string>(section, "distortion_model");
   }
   const bool is_basalts = words.camera_model == "kb4" || words.camera_model == "pinhole-radtan8";
   if (section.Has(coefficients_key) || (words.distortion_model != "none" && !is_basalts)) {
-    words.coefficients = Required<std::vector<double>>(section, coefficients_key);
+    words.coefficients = RequiredValue<std::vector<double>>(section, coefficients_key);
   }
   CameraFault fault;
   std::optional<Camera> camera = GetCamera(words, &fault);
   if (!camera) {
     const std::string key = fault.key == "coefficients" ? coefficients_key : fault.key;
-    Fail(section, key, fmt::format("found {}, expected {}", fault.found, fault.expected),
-         fmt::format("write {} as {}", fault.expected, KeyInFile(section.place(), key)));
+    throw CalibrationFault(
+        section, key, fmt::format("found {}, expected {}", fault.found, fault.expected),
+        fmt::format("write {} as {}", fault.expected, KeyInFile(section.place(), key)));
   }
   const cv::Size resolution = RequiredResolution(section);
   camera->width_px = resolution.width;
   camera->height_px = resolution.height;
   camera->Check(section.place());
   return *camera;
-}
-
-void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
-  noise->gyro_noise_rad_s_sqrthz = Required<double>(section, "gyroscope_noise_density");
-  noise->gyro_walk_rad_s2_sqrthz = Required<double>(section, "gyroscope_random_walk");
-  noise->accel_noise_m_s2_sqrthz = Required<double>(section, "accelerometer_noise_density");
-  noise->accel_walk_m_s3_sqrthz = Required<double>(section, "accelerometer_random_walk");
-  section.Read(rate_key, &noise->rate_hz);
-  const auto check = [&](const char* key, double value, double lowest, double highest,
-                         const char* unit) {
-    if (value >= lowest && value <= highest) return;
-    Fail(section, key, fmt::format("found {}, expected {} to {} {}", value, lowest, highest, unit),
-         fmt::format("write {} in {}", KeyInFile(section.place(), key), unit));
-  };
-  // Far below the best sensors' on one side, far above the worst's on the other.
-  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
-  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
-  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
-  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
-  check(rate_key.c_str(), noise->rate_hz, 1, 1e5, "Hz");
 }
 
 void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::string& place,
@@ -197,10 +94,11 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index,
          *T_imu_previous * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
   }
   if (!T_imu_camera) {
-    Fail(camera, "T_cam_imu",
-         fmt::format("missing, expected it or T_imu_cam{}", T_imu_previous ? " or T_cn_cnm1" : ""),
-         fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
-                     KeyInFile(camera.place(), "T_cam_imu")));
+    throw CalibrationFault(
+        camera, "T_cam_imu",
+        fmt::format("missing, expected it or T_imu_cam{}", T_imu_previous ? " or T_cn_cnm1" : ""),
+        fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
+                    KeyInFile(camera.place(), "T_cam_imu")));
   }
   return *T_imu_camera;
 }
@@ -231,10 +129,11 @@ void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   double time_offset_s = 0;  // stamp of imu0 = stamp of this + offset
   imu.Read("time_offset", &time_offset_s);
   if (!(std::abs(time_offset_s) <= kMaxTimeOffset_s)) {
-    Fail(imu, "time_offset",
-         fmt::format("found {} s, expected at most {} s either way", time_offset_s,
-                     kMaxTimeOffset_s),
-         fmt::format("write {} in seconds", KeyInFile(imu.place(), "time_offset")));
+    throw CalibrationFault(
+        imu, "time_offset",
+        fmt::format("found {} s, expected at most {} s either way", time_offset_s,
+                    kMaxTimeOffset_s),
+        fmt::format("write {} in seconds", KeyInFile(imu.place(), "time_offset")));
   }
   rig->camera_time_offset_s -= time_offset_s;
   for (const char* key : {"T_i_b", "rostopic"}) imu.Skip(key);
@@ -314,28 +213,6 @@ void FinishCamera(YamlSection* camera, const std::vector<std::string>& not_neede
 
 std::string CorrectedWords(const Rig& rig) {
   return IsIdentity(rig.imu_correction) ? "" : ", IMU's scale and axes corrected";
-}
-
-// Wrong types are the data's fault here, not the command line's.
-template <typename Reader>
-auto AsDataErrors(Reader read) {
-  try {
-    return read();
-  } catch (const ConfigError& error) {
-    const std::string what = error.what();
-    if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
-      const std::string key = what.substr(0, unknown);
-      const bool is_mask = key.find("mask", key.rfind(':') + 1) != std::string::npos;
-      throw InputFault(
-          "calibration", what,
-          (is_mask ? "give masks as --mask LEFT,RIGHT, and remove " : "correct or remove ") + key);
-    }
-    const size_t unreadable = what.find(": cannot be");
-    throw InputFault("calibration", what,
-                     unreadable != std::string::npos
-                         ? "write " + what.substr(0, unreadable) + ", for all to read"
-                         : "correct " + what.substr(0, what.find(": found")));
-  }
 }
 
 bool Exists(const fs::path& path) {
@@ -480,9 +357,10 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       const std::string name = fmt::format("cam{}", i);
       if (i > 0 && !root.Has(name)) continue;
       if (!root.Has(name)) {
-        Fail(root, name, "missing, expected cam0 and cam1",
-             fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
-                         name));
+        throw CalibrationFault(
+            root, name, "missing, expected cam0 and cam1",
+            fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
+                        name));
       }
       YamlSection camera = root.Section(name);
       ChainCamera& read = chain.emplace_back(ChainCamera{

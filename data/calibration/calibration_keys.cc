@@ -1,0 +1,128 @@
+#include "data/calibration/calibration_keys.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace slcmap::inline data {
+namespace {
+
+[[noreturn]] void FailKey(const YamlSection& section, const std::string& key,
+                          const std::string& problem, const std::string& remedy) {
+  throw CalibrationFault(section, key, problem, remedy);
+}
+
+// Rows or columns of a matrix, where they are said.
+void RequireSide(YamlSection& matrix, const char* key, int expected) {
+  int count = expected;
+  matrix.Read(key, &count);
+  if (count == expected) return;
+  FailKey(
+      matrix, key, fmt::format("found {}, expected {}", count, expected),
+      fmt::format("write a matrix of {} {}; correct {}", expected,
+                  key == std::string("rows") ? "rows" : "columns", KeyInFile(matrix.place(), key)));
+}
+
+}  // namespace
+
+std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count) {
+  const auto values = RequiredValue<std::vector<double>>(section, key);
+  if (values.size() != count) {
+    FailKey(section, key, fmt::format("found {} numbers, expected {}", values.size(), count),
+            fmt::format("write {} numbers as {}", count, KeyInFile(section.place(), key)));
+  }
+  return values;
+}
+
+cv::Size RequiredResolution(YamlSection& section) {
+  const auto sides_px = RequiredNumbers(section, "resolution", 2);
+  for (const double side_px : sides_px) {
+    if (side_px == std::floor(side_px) && std::abs(side_px) < 1e6) continue;
+    FailKey(section, "resolution",
+            fmt::format("found {}, expected whole numbers of pixels", side_px),
+            fmt::format("write width and height of the images as {}",
+                        KeyInFile(section.place(), "resolution")));
+  }
+  return {static_cast<int>(sides_px[0]), static_cast<int>(sides_px[1])};
+}
+
+std::vector<double> RequiredMatrix(YamlSection& section, const std::string& key, int rows,
+                                   int cols) {
+  YamlSection matrix = section.Section(key);
+  RequireSide(matrix, "rows", rows);
+  RequireSide(matrix, "cols", cols);
+  const auto numbers = RequiredNumbers(matrix, "data", static_cast<size_t>(rows * cols));
+  matrix.Skip("dt");  // OpenCV's type of the numbers
+  matrix.Finish();
+  return numbers;
+}
+
+RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data,
+                                 Mirrored mirrored) {
+  std::vector<double> flat;
+  if (as_data) {
+    flat = RequiredMatrix(section, key, 4, 4);
+  } else {
+    const auto rows = RequiredValue<std::vector<std::vector<double>>>(section, key);
+    bool complete = rows.size() == 4;
+    for (const auto& row : rows) {
+      complete = complete && row.size() == 4;
+      flat.insert(flat.end(), row.begin(), row.end());
+    }
+    if (!complete) {
+      FailKey(section, key, fmt::format("found {} rows, expected 4 rows of 4", rows.size()),
+              "write 4 rows of 4 numbers as " + KeyInFile(section.place(), key));
+    }
+  }
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
+  const bool is_mirrored = m.topLeftCorner<3, 3>().determinant() < 0;
+  if (is_mirrored && mirrored == Mirrored::kNegated) m.topLeftCorner<3, 3>() *= -1;
+  try {
+    return RigidTransformFromMatrix(m, section.place() + ": " + key);
+  } catch (const DataError& error) {
+    const std::string remedy = fmt::format(
+        "copy {} from the calibration anew, row by row: a rotation and a translation "
+        "in metres, then 0 0 0 1",
+        KeyInFile(section.place(), key));
+    if (is_mirrored) throw MirroredFault("calibration", error.what(), remedy);
+    throw InputFault("calibration", error.what(), remedy);
+  }
+}
+
+void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
+  noise->gyro_noise_rad_s_sqrthz = RequiredValue<double>(section, "gyroscope_noise_density");
+  noise->gyro_walk_rad_s2_sqrthz = RequiredValue<double>(section, "gyroscope_random_walk");
+  noise->accel_noise_m_s2_sqrthz = RequiredValue<double>(section, "accelerometer_noise_density");
+  noise->accel_walk_m_s3_sqrthz = RequiredValue<double>(section, "accelerometer_random_walk");
+  section.Read(rate_key, &noise->rate_hz);
+  const auto check = [&](const char* key, double value, double lowest, double highest,
+                         const char* unit) {
+    if (value >= lowest && value <= highest) return;
+    FailKey(section, key,
+            fmt::format("found {}, expected {} to {} {}", value, lowest, highest, unit),
+            fmt::format("write {} in {}", KeyInFile(section.place(), key), unit));
+  };
+  // Far below the best sensors' on one side, far above the worst's on the other.
+  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
+  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
+  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
+  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
+  check(rate_key.c_str(), noise->rate_hz, 1, 1e5, "Hz");
+}
+
+InputFault AsInputFault(const ConfigError& error) {
+  const std::string what = error.what();
+  if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
+    const std::string key = what.substr(0, unknown);
+    const bool is_mask = key.find("mask", key.rfind(':') + 1) != std::string::npos;
+    return {
+        "calibration", what,
+        (is_mask ? "give masks as --mask LEFT,RIGHT, and remove " : "correct or remove ") + key};
+  }
+  const size_t unreadable = what.find(": cannot be");
+  return {"calibration", what,
+          unreadable != std::string::npos
+              ? "write " + what.substr(0, unreadable) + ", for all to read"
+              : "correct " + what.substr(0, what.find(": found"))};
+}
+
+}  // namespace slcmap::data
