@@ -12,6 +12,8 @@
 #include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
+#include "data/calibration/other_calibrations.h"
+#include "data/calibration/rig_parts.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/yaml.h"
@@ -118,7 +120,7 @@ void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   YamlSection root = YamlSection::FromFile(path);
   YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
   const bool asl_rate = imu.Has("rate_hz") && !imu.Has("update_rate");
-  ReadNoise(imu, asl_rate ? "rate_hz" : "update_rate", &rig->imu_noise);
+  ReadNoise(imu, {.rate = asl_rate ? "rate_hz" : "update_rate"}, &rig->imu_noise);
   rig->imu_correction = ReadImuCorrection(&imu);
   if (imu.Has("T_i_b")) {
     const RigidTransform T_imu_body = RequiredTransform(imu, "T_i_b", false, mirrored);
@@ -246,6 +248,17 @@ std::vector<std::string> ImuNamesBeside(const std::string& camchain_path) {
   return names;
 }
 
+// A file, or several by commas.
+std::vector<std::string> SplitPaths(const std::string& path) {
+  std::vector<std::string> paths;
+  if (Exists(path)) return {path};
+  for (size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
+    to = path.find(',', from);
+    paths.push_back(path.substr(from, to == std::string::npos ? to : to - from));
+  }
+  return paths;
+}
+
 std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
   const Eigen::Matrix4d m = transform.Matrix();
   std::string text = fmt::format("  {}:\n", key);
@@ -315,7 +328,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
     if (Exists(imu_path)) {
       YamlSection imu = YamlSection::FromFile(imu_path);
       if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true, mirrored);
-      ReadNoise(imu, "rate_hz", &rig.imu_noise);
+      ReadNoise(imu, {.rate = "rate_hz"}, &rig.imu_noise);
       rig.imu_correction = ReadImuCorrection(&imu);
       for (const char* key : {"T_BS", "sensor_type", "comment"}) imu.Skip(key);
       imu.Finish();
@@ -434,6 +447,12 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
                             const std::vector<int>& cameras) {
   std::error_code error;
   if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
+  const std::vector<std::string> paths = SplitPaths(path);
+  if (paths.size() == 2 && !FindCalibrationForm(paths[0])) {
+    return ReadKalibrCalibration(paths[0], paths[1], warnings, mirrored, cameras);
+  }
+  const bool is_other = paths.size() > 1 || FindCalibrationForm(path);
+  if (is_other) return MakeCalibration(ReadRigParts(paths, mirrored), path);
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path

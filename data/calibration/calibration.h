@@ -52,8 +52,9 @@ Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings,
 // OutputError.
 void WriteKalibrCalibration(const std::string& path, const Rig& rig);
 
-// Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if
-// there is one) or a folder that FindCalibration understands.
+// Reads what --calibration names: a Kalibr chain (with imu0 in it, an IMU file beside it, if there
+// is one, or one named behind a comma), a folder that FindCalibration understands, or a file of
+// another program, or several by commas (data/calibration/other_calibrations.h).
 Calibration ReadCalibration(const std::string& path, Warnings* warnings,
                             Mirrored mirrored = Mirrored::kRefused,
                             const std::vector<int>& cameras = {});

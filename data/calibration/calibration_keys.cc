@@ -33,16 +33,19 @@ std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key
   return values;
 }
 
-cv::Size RequiredResolution(YamlSection& section) {
-  const auto sides_px = RequiredNumbers(section, "resolution", 2);
+cv::Size RequiredResolution(YamlSection& section, const std::string& key) {
+  return ResolutionFrom(RequiredNumbers(section, key, 2), section, key);
+}
+
+cv::Size ResolutionFrom(const std::vector<double>& sides_px, const YamlSection& section,
+                        const std::string& key) {
   for (const double side_px : sides_px) {
     if (side_px == std::floor(side_px) && std::abs(side_px) < 1e6) continue;
-    FailKey(section, "resolution",
-            fmt::format("found {}, expected whole numbers of pixels", side_px),
-            fmt::format("write width and height of the images as {}",
-                        KeyInFile(section.place(), "resolution")));
+    FailKey(
+        section, key, fmt::format("found {}, expected whole numbers of pixels", side_px),
+        fmt::format("write width and height of the images as {}", KeyInFile(section.place(), key)));
   }
-  return {static_cast<int>(sides_px[0]), static_cast<int>(sides_px[1])};
+  return {static_cast<int>(sides_px.at(0)), static_cast<int>(sides_px.at(1))};
 }
 
 std::vector<double> RequiredMatrix(YamlSection& section, const std::string& key, int rows,
@@ -88,12 +91,7 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
   }
 }
 
-void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
-  noise->gyro_noise_rad_s_sqrthz = RequiredValue<double>(section, "gyroscope_noise_density");
-  noise->gyro_walk_rad_s2_sqrthz = RequiredValue<double>(section, "gyroscope_random_walk");
-  noise->accel_noise_m_s2_sqrthz = RequiredValue<double>(section, "accelerometer_noise_density");
-  noise->accel_walk_m_s3_sqrthz = RequiredValue<double>(section, "accelerometer_random_walk");
-  section.Read(rate_key, &noise->rate_hz);
+void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise) {
   const auto check = [&](const char* key, double value, double lowest, double highest,
                          const char* unit) {
     if (value >= lowest && value <= highest) return;
@@ -101,12 +99,32 @@ void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* nois
             fmt::format("found {}, expected {} to {} {}", value, lowest, highest, unit),
             fmt::format("write {} in {}", KeyInFile(section.place(), key), unit));
   };
+  noise->gyro_noise_rad_s_sqrthz = RequiredValue<double>(section, keys.gyro_noise);
+  noise->gyro_walk_rad_s2_sqrthz = RequiredValue<double>(section, keys.gyro_walk);
+  noise->accel_noise_m_s2_sqrthz = RequiredValue<double>(section, keys.accel_noise);
+  noise->accel_walk_m_s3_sqrthz = RequiredValue<double>(section, keys.accel_walk);
+  section.Read(keys.rate, &noise->rate_hz);
   // Far below the best sensors' on one side, far above the worst's on the other.
-  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
-  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
-  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
-  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
-  check(rate_key.c_str(), noise->rate_hz, 1, 1e5, "Hz");
+  check(keys.gyro_noise, noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
+  check(keys.gyro_walk, noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
+  check(keys.accel_noise, noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
+  check(keys.accel_walk, noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
+  check(keys.rate, noise->rate_hz, 1, 1e5, "Hz");
+}
+
+Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place) {
+  CameraFault fault;
+  std::optional<Camera> camera = GetCamera(words, &fault);
+  if (!camera) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: {}: found {}, expected {}", place, fault.key, fault.found, fault.expected),
+        fmt::format("write {} as the {} of {}", fault.expected, fault.key, place));
+  }
+  camera->width_px = size_px.width;
+  camera->height_px = size_px.height;
+  camera->Check(place);
+  return *camera;
 }
 
 InputFault AsInputFault(const ConfigError& error) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
 #include "data/core/rigid_transform.h"
@@ -31,8 +32,10 @@ T RequiredValue(YamlSection& section, const std::string& key) {
 
 std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count);
 
-// Width and height as [w, h].
-cv::Size RequiredResolution(YamlSection& section);
+// Width and height as [w, h]; and of numbers that a key has.
+cv::Size RequiredResolution(YamlSection& section, const std::string& key = "resolution");
+cv::Size ResolutionFrom(const std::vector<double>& sides_px, const YamlSection& section,
+                        const std::string& key);
 
 // Numbers of a matrix as {rows, cols, data}, as ASL and OpenCV write it.
 std::vector<double> RequiredMatrix(YamlSection& section, const std::string& key, int rows,
@@ -42,8 +45,18 @@ std::vector<double> RequiredMatrix(YamlSection& section, const std::string& key,
 RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data,
                                  Mirrored mirrored);
 
-// Four Kalibr keys, and the rate where it is there.
-void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise);
+// What a form calls the noise of an IMU: Kalibr's names.
+struct NoiseKeys {
+  const char* gyro_noise = "gyroscope_noise_density";
+  const char* gyro_walk = "gyroscope_random_walk";
+  const char* accel_noise = "accelerometer_noise_density";
+  const char* accel_walk = "accelerometer_random_walk";
+  const char* rate = "update_rate";  // may be absent
+};
+void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise);
+
+// The camera of such words; `place` stands in the fault.
+Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place);
 
 // Wrong types are the data's fault here, not the command line's.
 InputFault AsInputFault(const ConfigError& error);

@@ -1,0 +1,111 @@
+#include "data/calibration/rig_parts.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "data/calibration/imu_calibration.h"
+#include "data/core/error.h"
+
+namespace slcmap::inline data {
+namespace {
+
+template <typename T>
+void TakeMissing(const std::optional<T>& other, std::optional<T>* part) {
+  if (!*part) *part = other;
+}
+
+// Poses that follow from others.
+void DerivePoses(RigParts* parts) {
+  auto& [left, right] = parts->T_imu_camera;
+  if (!parts->T_left_right) return;
+  if (left && !right) right = *left * *parts->T_left_right;
+  if (right && !left) left = *right * parts->T_left_right->Inverse();
+}
+
+std::vector<std::string> ListMissing(const RigParts& parts) {
+  std::vector<std::string> missing;
+  const bool stereo = parts.has_right;
+  if (!parts.cameras[0]) missing.push_back("the left camera's intrinsics");
+  if (stereo && !parts.cameras[1]) missing.push_back("the right camera's intrinsics");
+  if (!parts.T_imu_camera[0]) missing.push_back("the left camera's pose to the IMU");
+  if (stereo && !parts.T_imu_camera[1] && !parts.T_left_right) {
+    missing.push_back("the right camera's pose to the left one");
+  }
+  return missing;
+}
+
+// A file that says what is missing.
+std::string ShowTemplate(const RigParts& parts) {
+  constexpr const char* kRows = "[[r, r, r, x], [r, r, r, y], [r, r, r, z], [0, 0, 0, 1]]";
+  constexpr const char* kCamera =
+      "camera_model: pinhole, intrinsics: [fx, fy, cx, cy], distortion_model: radtan, "
+      "distortion_coeffs: [k1, k2, p1, p2], resolution: [w, h]";
+  std::string text;
+  const auto add = [&](int i, const std::string& keys) {
+    text += fmt::format("{}cam{}: {{{}}}", text.empty() ? "" : " and ", i, keys);
+  };
+  const bool lacks_right_pose = parts.has_right && !parts.T_imu_camera[1] && !parts.T_left_right;
+  if (!parts.cameras[0]) {
+    add(0, std::string(kCamera) + ", T_imu_cam: " + kRows);
+  } else if (!parts.T_imu_camera[0]) {
+    add(0, std::string("T_imu_cam: ") + kRows);
+  }
+  if (parts.has_right && !parts.cameras[1]) {
+    add(1, std::string(kCamera) + ", T_imu_cam: " + kRows);
+  } else if (lacks_right_pose) {
+    add(1, std::string("T_imu_cam: ") + kRows);
+  }
+  return text;
+}
+
+std::string Join(const std::vector<std::string>& words) {
+  return words.empty() ? "nothing" : fmt::format("{}", fmt::join(words, ", "));
+}
+
+}  // namespace
+
+void AddParts(const RigParts& others, RigParts* parts) {
+  for (size_t i = 0; i < 2; ++i) {
+    TakeMissing(others.cameras[i], &parts->cameras[i]);
+    TakeMissing(others.T_imu_camera[i], &parts->T_imu_camera[i]);
+  }
+  TakeMissing(others.T_left_right, &parts->T_left_right);
+  TakeMissing(others.camera_time_offset_s, &parts->camera_time_offset_s);
+  TakeMissing(others.imu_noise, &parts->imu_noise);
+  TakeMissing(others.imu_correction, &parts->imu_correction);
+  parts->has_right = parts->has_right && others.has_right;
+  parts->found.insert(parts->found.end(), others.found.begin(), others.found.end());
+}
+
+Calibration MakeCalibration(const RigParts& some, const std::string& place) {
+  RigParts parts = some;
+  DerivePoses(&parts);
+  const std::vector<std::string> missing = ListMissing(parts);
+  if (!missing.empty()) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: found {}; missing is {}", place, Join(parts.found), Join(missing)),
+        fmt::format("say it in rig.yaml, which is named with --calibration (beside what was "
+                    "found, by commas): {}, T_imu_cam with a rotation and metres, from the "
+                    "camera's frame to the IMU's; or name a whole Kalibr chain",
+                    ShowTemplate(parts)));
+  }
+  Calibration calibration;
+  Rig& rig = calibration.rig;
+  for (size_t i = 0; i < (parts.has_right ? 2u : 1u); ++i) {
+    rig.cameras[i] = *parts.cameras[i];
+    rig.T_imu_camera[i] = *parts.T_imu_camera[i];
+    calibration.cameras.push_back(static_cast<int>(i));
+  }
+  rig.camera_time_offset_s = parts.camera_time_offset_s.value_or(0);
+  rig.imu_correction = parts.imu_correction.value_or(ImuCorrection());
+  if (parts.imu_noise) rig.imu_noise = *parts.imu_noise;
+  if (!parts.imu_noise) calibration.without_noise = place;
+  CheckRig(rig, place);
+  calibration.source =
+      fmt::format("{} ({}, timeshift {} s), IMU noise {}{}", place, Join(parts.found),
+                  rig.camera_time_offset_s, parts.imu_noise ? "as said there" : "assumed",
+                  IsIdentity(rig.imu_correction) ? "" : ", IMU's scale and axes corrected");
+  return calibration;
+}
+
+}  // namespace slcmap::data

@@ -1,0 +1,34 @@
+// A rig of parts: files and bags that each tell a part of its calibration.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/calibration/calibration.h"
+#include "data/core/types.h"
+
+namespace slcmap::inline data {
+
+// What is known so far. Index 0 is the left camera.
+struct RigParts {
+  std::array<std::optional<Camera>, 2> cameras;
+  std::array<std::optional<RigidTransform>, 2> T_imu_camera;
+  std::optional<RigidTransform> T_left_right;
+  std::optional<double> camera_time_offset_s;  // as Rig has it
+  std::optional<ImuNoise> imu_noise;
+  std::optional<ImuCorrection> imu_correction;
+  bool has_right = true;           // a right camera is expected
+  std::vector<std::string> found;  // what told which, in words
+};
+
+// Adds what `parts` lack and the others have.
+void AddParts(const RigParts& others, RigParts* parts);
+
+// The whole rig; without noise, a typical one is taken (Calibration::without_noise is then
+// `place`), and without an offset none. Throws one InputFault where cameras or poses are missing:
+// what was found, all that is missing, and how to say it; and what CheckRig throws.
+Calibration MakeCalibration(const RigParts& parts, const std::string& place);
+
+}  // namespace slcmap::data
