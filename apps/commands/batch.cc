@@ -152,8 +152,8 @@ double ShareDone(const std::string& folder, const Workflow& workflow) {
 // One of those that slcmap comes with by its name; others as Snakemake finds them.
 std::string FindProfile(const std::string& profile) {
   const bool is_name = profile.find('/') == profile.npos;
-  const std::string own = is_name ? FindSharedFile("batch/" + profile) : "";
-  return own.empty() ? profile : own;
+  const std::string own = ConfigFolder() + "/batch/" + profile;
+  return is_name && fs::is_directory(own) ? own : profile;
 }
 
 int64_t MemoryOfMachine_mb() {
@@ -257,7 +257,7 @@ void RunSite(const BatchArguments& arguments) {
   }
   const Workflow workflow = PlanSite(folder, site);
   WriteWorkflow(folder, workflow);
-  ReplaceFile(folder + "/workflow/Snakefile", ReadFile(FindSharedFile("batch/Snakefile")));
+  ReplaceFile(folder + "/workflow/Snakefile", ReadFile(ConfigFolder() + "/batch/Snakefile"));
   const int left = MarkWhatIsDone(folder, workflow);
   spdlog::info("{}: {} recordings, {} of {} jobs are to be done", arguments.output,
                site.recordings.size(), left, workflow.jobs.size());

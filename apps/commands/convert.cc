@@ -7,6 +7,7 @@
 #include "apps/commands/progress.h"
 #include "data/bag/unpack.h"
 #include "data/io/output_folder.h"
+#include "data/rig/topics.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -36,8 +37,9 @@ void Convert(const ConvertArguments& arguments) {
   const RecordingTopics said = ParseTopics(arguments.topics);
   OutputFolder output(arguments.output, {"a recording", {"mav0"}}, {arguments.bag});
   const std::unique_ptr<Bag> bag = OpenBag(arguments.bag);
-  const RecordingTopics topics = ChooseTopics(*bag, said);
+  const RecordingTopics topics = ChooseTopics(bag.get(), said);
   spdlog::info("{}: {}", arguments.bag, bag->form());
+  for (const std::string& reason : topics.reasons) spdlog::info("{}", reason);
   const UnpackedCounts counts =
       UnpackRecording(topics, output.staging() + "/mav0", StageProgress("convert"), bag.get());
   LogCounts(topics, counts);

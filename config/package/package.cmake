@@ -7,10 +7,8 @@ set(SLCMAP_HEADERS ${CMAKE_INSTALL_INCLUDEDIR}/slcmap-${PROJECT_VERSION})
 set(SLCMAP_CMAKE ${CMAKE_INSTALL_LIBDIR}/cmake/slcmap)
 
 install(TARGETS slcmap DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
-install(DIRECTORY config/options config/rigs config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config
-  COMPONENT program)
-install(DIRECTORY config/batch DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap
-  COMPONENT program USE_SOURCE_PERMISSIONS)
+install(DIRECTORY config/batch config/options config/profiles config/rigs config/scenes
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config COMPONENT program USE_SOURCE_PERMISSIONS)
 # Missing where it could not be made: see export/page.
 install(FILES ${PROJECT_BINARY_DIR}/share/slcmap/page/page.html
   DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/page COMPONENT program OPTIONAL)

@@ -25,112 +25,12 @@ namespace {
 
 constexpr const char* kUnreadable = "messages_that_cannot_be_decoded";
 constexpr const char* kStampTwice = "images_with_a_stamp_twice";
-const std::string kCompressed = "/compressed";
 
 bool IsImage(const BagTopic& topic) {
   return topic.type == RosImage::kType || topic.type == RosCompressedImage::kType;
 }
 
 bool IsImu(const BagTopic& topic) { return topic.type == RosImu::kType; }
-
-// What is there, as a message lists it.
-std::string ListTopics(const Bag& bag) {
-  std::string text;
-  for (const BagTopic& topic : bag.topics()) {
-    text += fmt::format("{}{} ({}{})", text.empty() ? "" : ", ", topic.name, topic.type,
-                        topic.messages < 0 ? "" : fmt::format(", {}", topic.messages));
-  }
-  return text.empty() ? "no topics" : text;
-}
-
-[[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
-  throw InputFault(
-      "bag_topics",
-      fmt::format("{}: found {}, expected one rig's; there are {}", bag.path(), what,
-                  ListTopics(bag)),
-      "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
-      "camera, gyro=/d,accel=/e for two topics of an IMU");
-}
-
-using IsOfType = bool (*)(const BagTopic&);
-
-std::vector<std::string> FindNames(const Bag& bag, IsOfType is_of_type) {
-  std::vector<std::string> names;
-  for (const BagTopic& topic : bag.topics()) {
-    if (is_of_type(topic) && topic.messages != 0) names.push_back(topic.name);
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  std::erase_if(names, [&](const std::string& name) {
-    return name.ends_with(kCompressed) &&
-           std::ranges::count(names, name.substr(0, name.size() - kCompressed.size())) > 0;
-  });
-  return names;
-}
-
-void RequireTopic(const Bag& bag, const std::string& name, IsOfType is_of_type,
-                  const std::string& type) {
-  if (name.empty()) return;
-  const auto topic = std::ranges::find(bag.topics(), name, &BagTopic::name);
-  if (topic != bag.topics().end() && is_of_type(*topic)) return;
-  throw ConfigError(
-      fmt::format("--topics: found {}, which is {} in {}, expected a topic of {}; there are {}",
-                  name, topic == bag.topics().end() ? "not" : fmt::format("a {}", topic->type),
-                  bag.path(), type, ListTopics(bag)));
-}
-
-// What the topic of the right camera may be called, where that of the left has this name.
-std::vector<std::string> NamesOfRight(const std::string& left) {
-  static constexpr std::array<std::pair<const char*, const char*>, 6> kSides = {
-      {{"left", "right"}, {"Left", "Right"}, {"_l", "_r"}, {"0", "1"}, {"1", "2"}, {"A", "B"}}};
-  std::vector<std::string> names;
-  for (const auto& [of_left, of_right] : kSides) {
-    const std::string word = of_left;
-    for (size_t at = left.find(word); at != std::string::npos; at = left.find(word, at + 1)) {
-      std::string name = left;
-      names.push_back(name.replace(at, word.size(), of_right));
-    }
-  }
-  return names;
-}
-
-void ChooseImages(const Bag& bag, RecordingTopics* topics) {
-  if (!topics->left.empty()) return;
-  const std::vector<std::string> images = FindNames(bag, IsImage);
-  std::set<std::pair<std::string, std::string>> pairs;
-  for (const std::string& left : images) {
-    for (const std::string& right : NamesOfRight(left)) {
-      if (std::ranges::count(images, right) > 0) pairs.emplace(left, right);
-    }
-  }
-  if (pairs.size() == 1) {
-    std::tie(topics->left, topics->right) = *pairs.begin();
-  } else if (images.size() == 1) {
-    topics->left = images.front();
-  } else {
-    FailChoice(bag, images.empty() ? "no topic of images"
-                                   : fmt::format("{} topics of images, {} pairs of them",
-                                                 images.size(), pairs.size()));
-  }
-}
-
-void ChooseImu(const Bag& bag, RecordingTopics* topics) {
-  if (!topics->gyro.empty() && !topics->accel.empty()) return;
-  const std::vector<std::string> found = FindNames(bag, IsImu);
-  std::vector<std::string> gyros, accels;
-  for (const std::string& name : found) {
-    if (name.find("gyro") != std::string::npos) gyros.push_back(name);
-    if (name.find("accel") != std::string::npos) accels.push_back(name);
-  }
-  if (found.size() == 1) {
-    topics->gyro = topics->accel = found.front();
-  } else if (gyros.size() == 1 && accels.size() == 1 && found.size() == 2) {
-    topics->gyro = gyros.front();
-    topics->accel = accels.front();
-  } else {
-    FailChoice(bag, fmt::format("{} topics of an IMU", found.size()));
-  }
-}
 
 // Eight bits of grey, or the sixteen that are there.
 std::optional<cv::Mat> GreyFrom(const RosImage& image) {
@@ -278,46 +178,6 @@ class ImuTable {
 };
 
 }  // namespace
-
-RecordingTopics ChooseTopics(const Bag& bag, const RecordingTopics& said) {
-  RequireTopic(bag, said.left, IsImage, "images");
-  RequireTopic(bag, said.right, IsImage, "images");
-  RequireTopic(bag, said.gyro, IsImu, "an IMU");
-  RequireTopic(bag, said.accel, IsImu, "an IMU");
-  RecordingTopics topics = said;
-  ChooseImages(bag, &topics);
-  ChooseImu(bag, &topics);
-  return topics;
-}
-
-RecordingTopics ParseTopics(const std::string& text) {
-  RecordingTopics topics;
-  for (size_t from = 0; from < text.size();) {
-    const size_t to = std::min(text.find(',', from), text.size());
-    const std::string entry = text.substr(from, to - from);
-    const size_t equal = entry.find('=');
-    const std::string role = entry.substr(0, equal);
-    const std::string name = equal == std::string::npos ? "" : entry.substr(equal + 1);
-    std::vector<std::string*> places;
-    if (role == "left") places = {&topics.left};
-    if (role == "right") places = {&topics.right};
-    if (role == "gyro" || role == "imu") places.push_back(&topics.gyro);
-    if (role == "accel" || role == "imu") places.push_back(&topics.accel);
-    if (name.empty() || places.empty()) {
-      throw ConfigError(fmt::format(
-          "--topics: found '{}', expected left=/a,right=/b,imu=/c, or gyro=/c,accel=/d", entry));
-    }
-    for (std::string* place : places) *place = name;
-    from = to + 1;
-  }
-  if (topics.left.empty() && !topics.right.empty()) {
-    throw ConfigError("--topics: found right= without left=, expected both, or left= alone");
-  }
-  if (topics.gyro.empty() != topics.accel.empty()) {
-    throw ConfigError("--topics: found one of gyro= and accel=, expected both, or imu=");
-  }
-  return topics;
-}
 
 UnpackedCounts UnpackRecording(const RecordingTopics& topics, const std::string& folder,
                                const Progress& progress, Bag* bag) {

@@ -30,4 +30,9 @@ std::string FindSharedFile(const std::string& name) {
   return "";
 }
 
+std::string ConfigFolder() {
+  const std::string installed = FindSharedFile("config");
+  return installed.empty() ? SLCMAP_CONFIG_FOLDER : installed;
+}
+
 }  // namespace slcmap::data

@@ -14,8 +14,10 @@ std::string ProgramFile();
 // the program file: of /usr/bin/slcmap it is /usr/share/slcmap/NAME, of build/bin/slcmap the one in
 // build. "" where there is none.
 //
-//   FindSharedFile("config/rigs")
 //   FindSharedFile("page/page.html")
 std::string FindSharedFile(const std::string& name);
+
+// The folder config/ that is installed with the program, or that of the sources.
+std::string ConfigFolder();
 
 }  // namespace slcmap::data

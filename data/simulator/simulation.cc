@@ -53,12 +53,6 @@ Eigen::Matrix3d AxesOff(double off_rad, Normal* normal) {
   return axes;
 }
 
-// The folder config/ beside an installed program, or that of the sources.
-std::string ConfigFolder() {
-  const std::string installed = FindSharedFile("config");
-  return installed.empty() ? SLCMAP_CONFIG_FOLDER : installed;
-}
-
 }  // namespace
 
 Rig ReadSimulatedRig(const std::string& name_or_path) {

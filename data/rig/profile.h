@@ -1,0 +1,60 @@
+// What is known of a kind of rig, or of a data set, before its recording is read: which topics it
+// is, and what its drivers do not say. A file a rig in config/profiles:
+//
+//   rig: RealSense D4xx, by ROS
+//   topics:                 # the first that are all there; * is the same text in all of one row
+//     - {left: "*/infra1/image_rect_raw", right: "*/infra2/image_rect_raw", imu: "*/imu"}
+//     - {left: ..., right: ..., gyro: "*/gyro/sample", accel: "*/accel/sample"}
+//   images: rectified       # or raw; else by names and camera_info
+//   resolutions: [[752, 480]]  # only images of these sizes
+//   time_offset_s: 0.0056   # stamp on the IMU's clock = camera stamp + this
+//   imu_noise: {...}        # Kalibr's keys
+//   note: what to look out for
+//
+// Only rig and topics have to be there. Images may be compressed ("/compressed" behind the name).
+#pragma once
+
+#include <map>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/bag/bag.h"
+#include "data/bag/recording_topics.h"
+#include "data/calibration/camera_info.h"
+#include "data/core/types.h"
+
+namespace slcmap::inline data {
+
+struct TopicPatterns {
+  std::string left, right, gyro, accel;  // right is "" of one camera
+};
+
+struct RigProfile {
+  std::string name;  // of its file
+  std::string rig;   // in words
+  std::vector<TopicPatterns> topics;
+  std::optional<ImageKind> images;
+  std::vector<cv::Size> resolutions_px;  // empty: any
+  std::optional<double> camera_time_offset_s;
+  std::optional<ImuNoise> imu_noise;
+  std::string note;
+};
+
+// Throws ConfigError, which names file and key.
+RigProfile ReadProfile(const std::string& path);
+
+// Those of config/profiles, by name; the same each time.
+const std::map<std::string, RigProfile>& KnownProfiles();
+
+// The topics of a profile in a bag, of those that agree with `said`.
+struct ProfileMatch {
+  const RigProfile* profile = nullptr;
+  RecordingTopics topics;
+  size_t letters = 0;  // of names that the profile gives: with more it is nearer to the recording
+};
+std::vector<ProfileMatch> MatchProfiles(const std::map<std::string, RigProfile>& profiles,
+                                        const RecordingTopics& said, Bag* bag);
+
+}  // namespace slcmap::data

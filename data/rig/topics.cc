@@ -1,0 +1,253 @@
+#include "data/rig/topics.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "data/core/error.h"
+#include "data/rig/peek.h"
+#include "data/rig/profile.h"
+
+namespace slcmap::inline data {
+namespace {
+
+// What is there, as a message lists it.
+std::string ListTopics(const Bag& bag) {
+  std::string text;
+  for (const BagTopic& topic : bag.topics()) {
+    text += fmt::format("{}{} ({}{})", text.empty() ? "" : ", ", topic.name, topic.type,
+                        topic.messages < 0 ? "" : fmt::format(", {}", topic.messages));
+  }
+  return text.empty() ? "no topics" : text;
+}
+
+[[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
+  throw InputFault(
+      "bag_topics",
+      fmt::format("{}: found {}, expected one rig's; there are {}", bag.path(), what,
+                  ListTopics(bag)),
+      "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
+      "camera, gyro=/d,accel=/e for two topics of an IMU");
+}
+
+using IsOfType = bool (*)(const BagTopic&);
+
+std::vector<std::string> FindNames(const Bag& bag, IsOfType is_of_type) {
+  std::vector<std::string> names;
+  for (const BagTopic& topic : bag.topics()) {
+    if (is_of_type(topic) && topic.messages != 0) names.push_back(topic.name);
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  std::erase_if(names, [&](const std::string& name) {
+    const std::string plain = WithoutCompressed(name);
+    return plain != name && std::ranges::count(names, plain) > 0;
+  });
+  return names;
+}
+
+void RequireTopic(const Bag& bag, const std::string& name, IsOfType is_of_type,
+                  const std::string& type) {
+  if (name.empty()) return;
+  const auto topic = std::ranges::find(bag.topics(), name, &BagTopic::name);
+  if (topic != bag.topics().end() && is_of_type(*topic)) return;
+  throw ConfigError(
+      fmt::format("--topics: found {}, which is {} in {}, expected a topic of {}; there are {}",
+                  name, topic == bag.topics().end() ? "not" : fmt::format("a {}", topic->type),
+                  bag.path(), type, ListTopics(bag)));
+}
+
+// What the topic of the right camera may be called, where that of the left has this name.
+std::vector<std::string> NamesOfRight(const std::string& left) {
+  static constexpr std::array<std::pair<const char*, const char*>, 6> kSides = {
+      {{"left", "right"}, {"Left", "Right"}, {"_l", "_r"}, {"0", "1"}, {"1", "2"}, {"A", "B"}}};
+  std::vector<std::string> names;
+  for (const auto& [of_left, of_right] : kSides) {
+    const std::string word = of_left;
+    for (size_t at = left.find(word); at != std::string::npos; at = left.find(word, at + 1)) {
+      std::string name = left;
+      names.push_back(name.replace(at, word.size(), of_right));
+    }
+  }
+  return names;
+}
+
+// Says why topics are what they are; those that were named are so for that.
+void AddReasons(const RecordingTopics& said, const std::string& why_images,
+                const std::string& why_imu, RecordingTopics* topics) {
+  const auto add = [&](const std::string& name, bool is_said, const char* what,
+                       const std::string& why) {
+    if (name.empty()) return;
+    topics->reasons.push_back(
+        fmt::format("{} is {}: {}", name, what, is_said ? "named with --topics" : why));
+  };
+  const bool both = topics->gyro == topics->accel;
+  add(topics->left, !said.left.empty(), topics->right.empty() ? "the camera" : "the left camera",
+      why_images);
+  add(topics->right, !said.right.empty(), "the right camera", why_images);
+  add(topics->gyro, !said.gyro.empty(), both ? "the IMU" : "the gyroscope", why_imu);
+  if (!both) add(topics->accel, !said.accel.empty(), "the accelerometer", why_imu);
+}
+
+// Of several matches of the same images, the nearest.
+void KeepNearest(std::vector<ProfileMatch>* matches) {
+  std::map<std::string, const ProfileMatch*> nearest;
+  for (const ProfileMatch& match : *matches) {
+    const ProfileMatch*& best = nearest[match.topics.left];
+    if (best == nullptr || match.letters > best->letters) best = &match;
+  }
+  std::vector<ProfileMatch> kept;
+  for (const auto& [left, match] : nearest) kept.push_back(*match);
+  *matches = kept;
+}
+
+std::optional<RecordingTopics> ChooseByProfile(Bag* bag, const RecordingTopics& said) {
+  std::vector<ProfileMatch> matches = MatchProfiles(KnownProfiles(), said, bag);
+  KeepNearest(&matches);
+  if (matches.empty()) return std::nullopt;
+  if (matches.size() > 1) {
+    std::string rigs;
+    for (const ProfileMatch& match : matches) {
+      rigs += fmt::format("{}{} ({})", rigs.empty() ? "" : ", ", match.topics.left,
+                          match.profile->name);
+    }
+    FailChoice(*bag, fmt::format("{} rigs that are known, by their left cameras {}", matches.size(),
+                                 rigs));
+  }
+  const RigProfile& profile = *matches.front().profile;
+  RecordingTopics topics = matches.front().topics;
+  if (!said.left.empty()) topics.right = said.right;  // left= alone is one camera
+  topics.profile = profile.name;
+  const std::string why = fmt::format("profile {} ({})", profile.name, profile.rig);
+  AddReasons(said, why, why, &topics);
+  if (!profile.note.empty()) topics.reasons.push_back(profile.name + ": " + profile.note);
+  return topics;
+}
+
+using Looks = std::map<std::string, ImageLook>;
+
+Looks LookAtImages(const std::vector<std::string>& names, Bag* bag) {
+  Looks looks;
+  for (const auto& [name, message] : ReadFirstMessages(names, bag)) {
+    if (const auto look = LookAtImage(message)) looks[name] = *look;
+  }
+  return looks;
+}
+
+bool IsDepth(const std::string& name, const Looks& looks) {
+  const auto look = looks.find(name);
+  const bool is_by_kind = look != looks.end() && (look->second.encoding.starts_with("16UC1") ||
+                                                  look->second.encoding.starts_with("32FC1"));
+  return is_by_kind || name.find("depth") != std::string::npos;
+}
+
+// Images of two cameras that take them together are of one size and about as many.
+bool MayBePair(const std::string& left, const std::string& right, const Looks& looks,
+               const Bag& bag) {
+  constexpr double kLeastShare = 0.8;
+  const auto a = looks.find(left), b = looks.find(right);
+  const bool known = a != looks.end() && b != looks.end();
+  if (known && a->second.size_px != b->second.size_px) return false;
+  const auto count_left = static_cast<double>(FindTopicNamed(bag, left)->messages);
+  const auto count_right = static_cast<double>(FindTopicNamed(bag, right)->messages);
+  if (count_left < 0 || count_right < 0) return true;
+  return std::min(count_left, count_right) >= kLeastShare * std::max(count_left, count_right);
+}
+
+// Returns why.
+std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
+  if (!topics->left.empty()) return "";
+  std::vector<std::string> images = FindNames(*bag, IsImageTopic);
+  const Looks looks = LookAtImages(images, bag);
+  std::erase_if(images, [&](const std::string& name) { return IsDepth(name, looks); });
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const std::string& left : images) {
+    for (const std::string& right : NamesOfRight(left)) {
+      const bool is_there = std::ranges::count(images, right) > 0;
+      if (is_there && MayBePair(left, right, looks, *bag)) pairs.emplace(left, right);
+    }
+  }
+  if (pairs.size() == 1) {
+    std::tie(topics->left, topics->right) = *pairs.begin();
+    return "the only two topics of images whose names differ so";
+  }
+  if (images.size() == 1) {
+    topics->left = images.front();
+    return "the only topic of images";
+  }
+  FailChoice(*bag, images.empty() ? "no topic of images"
+                                  : fmt::format("{} topics of images, {} pairs of them",
+                                                images.size(), pairs.size()));
+}
+
+std::string ChooseImu(const Bag& bag, RecordingTopics* topics) {
+  if (!topics->gyro.empty() && !topics->accel.empty()) return "";
+  const std::vector<std::string> found = FindNames(bag, IsImuTopic);
+  std::vector<std::string> gyros, accels;
+  for (const std::string& name : found) {
+    if (name.find("gyro") != std::string::npos) gyros.push_back(name);
+    if (name.find("accel") != std::string::npos) accels.push_back(name);
+  }
+  if (found.size() == 1) {
+    topics->gyro = topics->accel = found.front();
+    return "the only topic of an IMU";
+  }
+  if (gyros.size() != 1 || accels.size() != 1 || found.size() != 2) {
+    FailChoice(bag, fmt::format("{} topics of an IMU", found.size()));
+  }
+  topics->gyro = gyros.front();
+  topics->accel = accels.front();
+  return "the only topics of a gyroscope and an accelerometer, by their names";
+}
+
+}  // namespace
+
+RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said) {
+  RequireTopic(*bag, said.left, IsImageTopic, "images");
+  RequireTopic(*bag, said.right, IsImageTopic, "images");
+  RequireTopic(*bag, said.gyro, IsImuTopic, "an IMU");
+  RequireTopic(*bag, said.accel, IsImuTopic, "an IMU");
+  if (const auto known = ChooseByProfile(bag, said)) return *known;
+  RecordingTopics topics = said;
+  const std::string why_images = ChooseImages(bag, &topics);
+  const std::string why_imu = ChooseImu(*bag, &topics);
+  AddReasons(said, why_images, why_imu, &topics);
+  return topics;
+}
+
+RecordingTopics ParseTopics(const std::string& text) {
+  RecordingTopics topics;
+  for (size_t from = 0; from < text.size();) {
+    const size_t to = std::min(text.find(',', from), text.size());
+    const std::string entry = text.substr(from, to - from);
+    const size_t equal = entry.find('=');
+    const std::string role = entry.substr(0, equal);
+    const std::string name = equal == std::string::npos ? "" : entry.substr(equal + 1);
+    std::vector<std::string*> places;
+    if (role == "left") places = {&topics.left};
+    if (role == "right") places = {&topics.right};
+    if (role == "gyro" || role == "imu") places.push_back(&topics.gyro);
+    if (role == "accel" || role == "imu") places.push_back(&topics.accel);
+    if (name.empty() || places.empty()) {
+      throw ConfigError(fmt::format(
+          "--topics: found '{}', expected left=/a,right=/b,imu=/c, or gyro=/c,accel=/d", entry));
+    }
+    for (std::string* place : places) *place = name;
+    from = to + 1;
+  }
+  if (topics.left.empty() && !topics.right.empty()) {
+    throw ConfigError("--topics: found right= without left=, expected both, or left= alone");
+  }
+  if (topics.gyro.empty() != topics.accel.empty()) {
+    throw ConfigError("--topics: found one of gyro= and accel=, expected both, or imu=");
+  }
+  return topics;
+}
+
+}  // namespace slcmap::data

@@ -1,0 +1,24 @@
+// Chooses the topics of a bag that are a rig's.
+#pragma once
+
+#include <string>
+
+#include "data/bag/bag.h"
+#include "data/bag/recording_topics.h"
+
+namespace slcmap::inline data {
+
+// The topics that `said` leaves out, with reasons. First by the profiles of known rigs, of which
+// the nearest is taken. Else by types and names: the one pair of image topics whose names differ by
+// left and right or by a number, of images of one size that are no depths, else the one image
+// topic; the one IMU topic, else those of a gyroscope and an accelerometer. Compressed images are
+// taken where the same are not there otherwise. Throws ConfigError for a topic in `said` that is
+// not there or of another type, and InputFault, with what is there and what to say, where none or
+// several could be it.
+RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said);
+
+// Of the text left=/a,right=/b,imu=/c, or gyro= and accel= instead of imu=, any of them left out.
+// Throws ConfigError.
+RecordingTopics ParseTopics(const std::string& text);
+
+}  // namespace slcmap::data
