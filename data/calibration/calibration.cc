@@ -248,17 +248,6 @@ std::vector<std::string> ImuNamesBeside(const std::string& camchain_path) {
   return names;
 }
 
-// A file, or several by commas.
-std::vector<std::string> SplitPaths(const std::string& path) {
-  std::vector<std::string> paths;
-  if (Exists(path)) return {path};
-  for (size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
-    to = path.find(',', from);
-    paths.push_back(path.substr(from, to == std::string::npos ? to : to - from));
-  }
-  return paths;
-}
-
 std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
   const Eigen::Matrix4d m = transform.Matrix();
   std::string text = fmt::format("  {}:\n", key);
@@ -447,12 +436,11 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
                             const std::vector<int>& cameras) {
   std::error_code error;
   if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
-  const std::vector<std::string> paths = SplitPaths(path);
-  if (paths.size() == 2 && !FindCalibrationForm(paths[0])) {
+  const std::vector<std::string> paths = SplitCalibrationPaths(path);
+  if (TellsParts(path)) return MakeCalibration(ReadRigParts(paths, mirrored), path);
+  if (paths.size() == 2) {
     return ReadKalibrCalibration(paths[0], paths[1], warnings, mirrored, cameras);
   }
-  const bool is_other = paths.size() > 1 || FindCalibrationForm(path);
-  if (is_other) return MakeCalibration(ReadRigParts(paths, mirrored), path);
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path

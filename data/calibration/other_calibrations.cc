@@ -463,6 +463,24 @@ void TakeInfoPoses(Gathered* gathered) {
 
 }  // namespace
 
+std::vector<std::string> SplitCalibrationPaths(const std::string& path) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return {path};
+  for (size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
+    to = path.find(',', from);
+    paths.push_back(path.substr(from, to == std::string::npos ? to : to - from));
+  }
+  return paths;
+}
+
+bool TellsParts(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return false;
+  const std::vector<std::string> paths = SplitCalibrationPaths(path);
+  return paths.size() > 2 || FindCalibrationForm(paths.front());
+}
+
 std::optional<std::string> FindCalibrationForm(const std::string& path) {
   return AsDataErrors([&]() -> std::optional<std::string> {
     const CalibrationForm* form = FindForm(YamlSection::FromFile(path));

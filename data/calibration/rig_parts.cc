@@ -76,6 +76,12 @@ void AddParts(const RigParts& others, RigParts* parts) {
   parts->found.insert(parts->found.end(), others.found.begin(), others.found.end());
 }
 
+bool IsWhole(const RigParts& some) {
+  RigParts parts = some;
+  DerivePoses(&parts);
+  return ListMissing(parts).empty();
+}
+
 Calibration MakeCalibration(const RigParts& some, const std::string& place) {
   RigParts parts = some;
   DerivePoses(&parts);

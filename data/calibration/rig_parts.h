@@ -26,6 +26,9 @@ struct RigParts {
 // Adds what `parts` lack and the others have.
 void AddParts(const RigParts& others, RigParts* parts);
 
+// Whether all cameras and poses are known.
+bool IsWhole(const RigParts& parts);
+
 // The whole rig; without noise, a typical one is taken (Calibration::without_noise is then
 // `place`), and without an offset none. Throws one InputFault where cameras or poses are missing:
 // what was found, all that is missing, and how to say it; and what CheckRig throws.

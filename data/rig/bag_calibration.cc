@@ -1,0 +1,269 @@
+#include "data/rig/bag_calibration.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "data/bag/messages.h"
+#include "data/calibration/camera_info.h"
+#include "data/calibration/other_calibrations.h"
+#include "data/calibration/rig_parts.h"
+#include "data/rig/frames.h"
+#include "data/rig/peek.h"
+#include "data/rig/profile.h"
+
+namespace slcmap::inline data {
+namespace {
+
+using FirstMessages = std::map<std::string, FirstMessage>;
+
+// How RealSense Viewer names what belongs to a stream.
+constexpr std::string_view kViewerImages = "/image/data", kViewerImu = "/imu/data";
+
+std::string ViewerStream(const std::string& topic) {
+  for (const std::string_view ending : {kViewerImages, kViewerImu}) {
+    if (topic.ends_with(ending)) return topic.substr(0, topic.size() - ending.size());
+  }
+  return "";
+}
+
+// Where drivers put the camera_info of a topic of images; "" where there is none.
+std::string FindInfoTopic(const Bag& bag, const std::string& images) {
+  const std::string plain = WithoutCompressed(images);
+  const std::string folder = plain.substr(0, plain.rfind('/'));
+  std::vector<std::string> names = {folder + "/camera_info", plain + "/camera_info"};
+  if (plain.ends_with(kViewerImages)) names = {ViewerStream(plain) + "/info/camera_info"};
+  for (const std::string& name : names) {
+    const BagTopic* topic = FindTopicNamed(bag, name);
+    if (topic != nullptr && topic->type == RosCameraInfo::kType) return name;
+  }
+  return "";
+}
+
+template <int kRows, int kCols, size_t kCount>
+Eigen::Matrix<double, kRows, kCols> FromRowMajor(const std::array<double, kCount>& rows) {
+  return Eigen::Map<const Eigen::Matrix<double, kRows, kCols, Eigen::RowMajor>>(rows.data());
+}
+
+// A camera of the bag: what its first messages say.
+struct BagCamera {
+  std::string images, info_topic;
+  std::string frame;  // of its camera_info, else of its images
+  std::optional<ImageLook> look;
+  std::optional<CameraInfo> info;  // of images of this size
+};
+
+class BagRig {
+ public:
+  BagRig(const RecordingTopics& topics, Bag* bag, Warnings* warnings)
+      : topics_(topics), bag_(bag), warnings_(warnings) {
+    const auto profile = KnownProfiles().find(topics.profile);
+    if (profile != KnownProfiles().end()) profile_ = &profile->second;
+    parts_.has_right = !topics.right.empty();
+  }
+
+  RigParts Read() {
+    cameras_.push_back({topics_.left, FindInfoTopic(*bag_, topics_.left), "", {}, {}});
+    if (parts_.has_right) {
+      cameras_.push_back({topics_.right, FindInfoTopic(*bag_, topics_.right), "", {}, {}});
+    }
+    ReadFirst();
+    for (BagCamera& camera : cameras_) ReadCamera(&camera);
+    TakeCameras();
+    TakeViewerPoses();
+    TakeFramePoses();
+    TakeProfile();
+    return parts_;
+  }
+
+ private:
+  void Found(const std::string& words) { parts_.found.push_back(words); }
+
+  void ReadFirst() {
+    std::vector<std::string> names = {topics_.gyro, topics_.accel};
+    for (const BagCamera& camera : cameras_) {
+      names.push_back(camera.images);
+      names.push_back(camera.info_topic);
+    }
+    for (const std::string& topic : {topics_.left, topics_.right, topics_.gyro}) {
+      const std::string stream = ViewerStream(topic);
+      if (!stream.empty()) names.push_back(stream + "/tf/0");
+    }
+    first_ = ReadFirstMessages(names, bag_);
+  }
+
+  void ReadCamera(BagCamera* camera) {
+    const auto image = first_.find(camera->images);
+    if (image != first_.end()) camera->look = LookAtImage(image->second);
+    const auto stamped = DecodeFirst<RosStamped>(first_, camera->images);
+    if (stamped) camera->frame = stamped->frame_id;
+    const auto message = DecodeFirst<RosCameraInfo>(first_, camera->info_topic);
+    if (!message) {
+      Found("no camera_info of " + camera->images);
+      return;
+    }
+    if (!message->frame_id.empty()) camera->frame = message->frame_id;
+    const cv::Size size_px(static_cast<int>(message->width_px),
+                           static_cast<int>(message->height_px));
+    if (camera->look && camera->look->size_px != size_px) {
+      Found(fmt::format("{} of {} x {} pixels, while its images have {} x {}", camera->info_topic,
+                        size_px.width, size_px.height, camera->look->size_px.width,
+                        camera->look->size_px.height));
+      return;
+    }
+    camera->info = {size_px.width,
+                    size_px.height,
+                    message->distortion_model,
+                    message->d,
+                    FromRowMajor<3, 3>(message->k),
+                    FromRowMajor<3, 3>(message->r),
+                    FromRowMajor<3, 4>(message->p),
+                    bag_->path() + ": " + camera->info_topic};
+  }
+
+  ImageKind KindOfImages() const {
+    if (profile_ != nullptr && profile_->images) return *profile_->images;
+    if (topics_.left.find("rect") != std::string::npos) return ImageKind::kRectified;
+    bool undistorted = true;
+    for (const BagCamera& camera : cameras_) {
+      undistorted = undistorted && camera.info && IsUndistorted(*camera.info);
+    }
+    return undistorted ? ImageKind::kRectified : ImageKind::kRaw;
+  }
+
+  void TakeCameras() {
+    const ImageKind kind = KindOfImages();
+    const char* words = kind == ImageKind::kRectified ? "rectified" : "raw";
+    for (size_t i = 0; i < cameras_.size(); ++i) {
+      if (!cameras_[i].info) continue;
+      parts_.cameras[i] = CameraFromInfo(*cameras_[i].info, kind);
+      Found(fmt::format("{} of {} images", cameras_[i].info_topic, words));
+    }
+    if (cameras_.size() < 2 || !cameras_[0].info || !cameras_[1].info) return;
+    parts_.T_left_right = RightPoseFromInfo(*cameras_[0].info, *cameras_[1].info, kind);
+    if (!parts_.T_left_right) {
+      Found("no baseline in their P and R");
+    } else if (parts_.T_left_right->translation.x() < 0) {
+      warnings_->Add(kCamerasSwapped, cameras_[1].info_topic);
+      Found(fmt::format("{} at the left of {}", topics_.right, topics_.left));
+    }
+  }
+
+  // Streams' transforms take points of a reference stream to them.
+  std::optional<RigidTransform> ViewerPose(const std::string& topic) const {
+    const auto message = DecodeFirst<RosTransform>(first_, ViewerStream(topic) + "/tf/0");
+    return message ? FromRos(*message) : std::nullopt;
+  }
+
+  void TakeViewerPoses() {
+    if (ViewerStream(topics_.left).empty()) return;
+    const auto left = ViewerPose(topics_.left), right = ViewerPose(topics_.right);
+    const auto imu = ViewerPose(topics_.gyro);
+    if (left && right && !parts_.T_left_right) parts_.T_left_right = *left * right->Inverse();
+    if (!left || !imu) return;
+    parts_.T_imu_camera[0] = *imu * left->Inverse();
+    Found("tf/0 of its streams");
+  }
+
+  // The frame of a camera whose axes are those of its images.
+  std::string OpticalFrame(const FrameTree& frames, const std::string& frame) const {
+    const std::string_view ending = "_frame";
+    if (frame.find("optical") != std::string::npos || !frame.ends_with(ending)) return frame;
+    const std::string optical =
+        frame.substr(0, frame.size() - ending.size()) + "_optical" + std::string(ending);
+    return frames.Has(optical) ? optical : frame;
+  }
+
+  std::string ImuFrame(const std::string& topic) const {
+    const auto imu = DecodeFirst<RosStamped>(first_, topic);
+    return imu ? imu->frame_id : "";
+  }
+
+  void TakeFramePoses() {
+    if (parts_.T_imu_camera[0]) return;
+    FrameTree frames;
+    ReadFixedFrames(bag_, &frames);
+    const std::string imu = ImuFrame(topics_.gyro);
+    const std::string left = OpticalFrame(frames, cameras_[0].frame);
+    auto pose = frames.Find(imu, left);
+    if (!pose) {
+      ReadMovingFrames(bag_, &frames);
+      pose = frames.Find(imu, left);
+    }
+    if (imu.empty() || left.empty()) pose.reset();
+    if (pose) {
+      TakeImuPose(*pose, frames, imu, left);
+    } else {
+      Found(fmt::format("no tf from '{}' to '{}'", left, imu));
+    }
+    if (cameras_.size() > 1) TakeRightFrame(frames, left, OpticalFrame(frames, cameras_[1].frame));
+    warnings_->Merge(frames.warnings());
+  }
+
+  void TakeImuPose(const RigidTransform& pose, const FrameTree& frames, const std::string& imu,
+                   const std::string& left) {
+    parts_.T_imu_camera[0] = pose;
+    Found(fmt::format("tf from {} to {}", left, imu));
+    const bool is_zero = PlainFrame(imu) != PlainFrame(left) && pose.Matrix().isIdentity(1e-9);
+    if (is_zero) warnings_->Add(kImuPoseIsZero, imu);
+    const std::string accel = ImuFrame(topics_.accel);
+    const auto T_gyro_accel = frames.Find(imu, accel);
+    constexpr double kTurned_rad = 0.02;
+    if (!T_gyro_accel || LogRotation(T_gyro_accel->rotation).norm() < kTurned_rad) return;
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: found {} turned against {} by tf, expected axes alike", bag_->path(),
+                    accel, imu),
+        "record the accelerometer and gyroscope as one topic, which has the axes of one frame");
+  }
+
+  // RealSense writes the left camera's frame for both.
+  void TakeRightFrame(const FrameTree& frames, const std::string& left, const std::string& right) {
+    constexpr double kSame_m = 0.01, kSame_rad = 0.03;
+    if (left.empty() || right.empty() || PlainFrame(left) == PlainFrame(right)) return;
+    const auto by_tf = frames.Find(left, right);
+    if (!by_tf || by_tf->translation.norm() < 1e-3) return;
+    if (!parts_.T_left_right) {
+      parts_.T_left_right = *by_tf;
+      Found(fmt::format("tf from {} to {}", right, left));
+      return;
+    }
+    const RigidTransform apart = parts_.T_left_right->Inverse() * *by_tf;
+    const bool is_turned = LogRotation(apart.rotation).norm() > kSame_rad;
+    if (is_turned || apart.translation.norm() > kSame_m) warnings_->Add(kBaselinesDiffer, right);
+  }
+
+  void TakeProfile() {
+    if (profile_ == nullptr) return;
+    parts_.camera_time_offset_s = profile_->camera_time_offset_s;
+    parts_.imu_noise = profile_->imu_noise;
+    Found(fmt::format("profile {}{}", profile_->name,
+                      profile_->note.empty() ? "" : " (" + profile_->note + ")"));
+  }
+
+  const RecordingTopics& topics_;
+  Bag* bag_;
+  Warnings* warnings_;
+  const RigProfile* profile_ = nullptr;
+  std::vector<BagCamera> cameras_;
+  FirstMessages first_;
+  RigParts parts_;
+};
+
+}  // namespace
+
+Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string& beside, Bag* bag,
+                               Warnings* warnings, Mirrored mirrored) {
+  if (!beside.empty() && !TellsParts(beside)) return ReadCalibration(beside, warnings, mirrored);
+  RigParts parts;
+  if (!beside.empty()) parts = ReadRigParts(SplitCalibrationPaths(beside), mirrored);
+  parts.has_right = parts.has_right && !topics.right.empty();
+  if (!IsWhole(parts)) AddParts(BagRig(topics, bag, warnings).Read(), &parts);
+  return MakeCalibration(parts, bag->path());
+}
+
+}  // namespace slcmap::data
