@@ -147,6 +147,7 @@ void AddCommands(CLI::App& app) {
   AddSimulateCommand(app);
   AddCheckCommand(app);
   AddConvertCommand(app);
+  AddCalibrationCommand(app);
   AddOdometryCommand(app);
   AddMapCommand(app);
   AddMergeCommand(app);

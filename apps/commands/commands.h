@@ -12,6 +12,7 @@ namespace slcmap::inline commands {
 void AddSimulateCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddConvertCommand(CLI::App& app);
+void AddCalibrationCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddMergeCommand(CLI::App& app);

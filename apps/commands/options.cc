@@ -1,6 +1,7 @@
 #include "apps/commands/options.h"
 
 #include "data/calibration/mask.h"
+#include "data/calibration/other_calibrations.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -17,8 +18,9 @@ CLI::Option* AddMilliseconds(CLI::App& command, const std::string& name, double*
 
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options) {
   return {command.add_option("--calibration", options->calibration,
-                             "Kalibr camera chain, or a folder with sensor.yaml files (default: "
-                             "the sequence's own)"),
+                             "Kalibr camera chain, a folder with sensor.yaml files, or others, "
+                             "several by commas, as slcmap calibration takes them (default: the "
+                             "sequence's own)"),
           command
               .add_option("--mask", options->masks,
                           "Image of what moves with the rig, white, a camera: it is left out "
@@ -41,7 +43,7 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
 
 std::vector<std::string> CollectFiles(const SequenceOptions& options) {
   std::vector<std::string> files;
-  if (!options.calibration.empty()) files.push_back(options.calibration);
+  if (!options.calibration.empty()) files = SplitCalibrationPaths(options.calibration);
   for (const std::string& mask : options.masks) {
     if (mask != kNoMask) files.push_back(mask);
   }

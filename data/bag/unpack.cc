@@ -26,12 +26,6 @@ namespace {
 constexpr const char* kUnreadable = "messages_that_cannot_be_decoded";
 constexpr const char* kStampTwice = "images_with_a_stamp_twice";
 
-bool IsImage(const BagTopic& topic) {
-  return topic.type == RosImage::kType || topic.type == RosCompressedImage::kType;
-}
-
-bool IsImu(const BagTopic& topic) { return topic.type == RosImu::kType; }
-
 // Eight bits of grey, or the sixteen that are there.
 std::optional<cv::Mat> GreyFrom(const RosImage& image) {
   struct Form {
@@ -192,14 +186,14 @@ UnpackedCounts UnpackRecording(const RecordingTopics& topics, const std::string&
     const BagTopic& topic = bag->topics()[i];
     const bool is_image = topic.name == topics.left || topic.name == topics.right;
     const bool is_imu = topic.name == topics.gyro || topic.name == topics.accel;
-    if (!(is_image && IsImage(topic)) && !(is_imu && IsImu(topic))) continue;
+    if (!(is_image && IsImageTopic(topic)) && !(is_imu && IsImuTopic(topic))) continue;
     chosen.push_back(i);
     all += static_cast<double>(std::max<int64_t>(topic.messages, 0));
   }
   bag->Visit(chosen, 0, [&](const BagPlace& place, BagBytes message) {
     const BagTopic& topic = bag->topics()[place.topic];
     try {
-      if (IsImu(topic)) {
+      if (IsImuTopic(topic)) {
         imu.Add(topic, message);
       } else if (!cameras[topic.name == topics.left ? 0 : 1].Add(topic, message)) {
         counts.warnings.Add(kStampTwice, topic.name);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "data/bag/bag.h"
-#include "data/bag/recording_topics.h"
+#include "data/bag/topics.h"
 #include "data/core/progress.h"
 
 namespace slcmap::inline data {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "data/bag/bag.h"
-#include "data/bag/recording_topics.h"
+#include "data/bag/topics.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 

@@ -26,12 +26,6 @@ std::optional<ImageLook> LookAtFile(const RosCompressedImage& image) {
 
 }  // namespace
 
-bool IsImageTopic(const BagTopic& topic) {
-  return topic.type == RosImage::kType || topic.type == RosCompressedImage::kType;
-}
-
-bool IsImuTopic(const BagTopic& topic) { return topic.type == RosImu::kType; }
-
 std::string WithoutCompressed(const std::string& name) {
   const std::string suffix = kCompressedSuffix;
   return name.ends_with(suffix) ? name.substr(0, name.size() - suffix.size()) : name;

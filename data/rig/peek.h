@@ -10,11 +10,9 @@
 
 #include "data/bag/bag.h"
 #include "data/bag/messages.h"
+#include "data/bag/topics.h"
 
 namespace slcmap::inline data {
-
-bool IsImageTopic(const BagTopic& topic);
-bool IsImuTopic(const BagTopic& topic);
 
 inline constexpr const char* kCompressedSuffix = "/compressed";
 

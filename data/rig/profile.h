@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "data/bag/bag.h"
-#include "data/bag/recording_topics.h"
+#include "data/bag/topics.h"
 #include "data/calibration/camera_info.h"
 #include "data/core/types.h"
 

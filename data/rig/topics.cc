@@ -186,7 +186,7 @@ std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
                                                 images.size(), pairs.size()));
 }
 
-std::string ChooseImu(const Bag& bag, RecordingTopics* topics) {
+std::string ChooseImu(const Bag& bag, bool needs_imu, RecordingTopics* topics) {
   if (!topics->gyro.empty() && !topics->accel.empty()) return "";
   const std::vector<std::string> found = FindNames(bag, IsImuTopic);
   std::vector<std::string> gyros, accels;
@@ -199,6 +199,7 @@ std::string ChooseImu(const Bag& bag, RecordingTopics* topics) {
     return "the only topic of an IMU";
   }
   if (gyros.size() != 1 || accels.size() != 1 || found.size() != 2) {
+    if (!needs_imu) return "";
     FailChoice(bag, fmt::format("{} topics of an IMU", found.size()));
   }
   topics->gyro = gyros.front();
@@ -208,7 +209,7 @@ std::string ChooseImu(const Bag& bag, RecordingTopics* topics) {
 
 }  // namespace
 
-RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said) {
+RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said, bool needs_imu) {
   RequireTopic(*bag, said.left, IsImageTopic, "images");
   RequireTopic(*bag, said.right, IsImageTopic, "images");
   RequireTopic(*bag, said.gyro, IsImuTopic, "an IMU");
@@ -216,7 +217,7 @@ RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said) {
   if (const auto known = ChooseByProfile(bag, said)) return *known;
   RecordingTopics topics = said;
   const std::string why_images = ChooseImages(bag, &topics);
-  const std::string why_imu = ChooseImu(*bag, &topics);
+  const std::string why_imu = ChooseImu(*bag, needs_imu, &topics);
   AddReasons(said, why_images, why_imu, &topics);
   return topics;
 }
@@ -248,6 +249,19 @@ RecordingTopics ParseTopics(const std::string& text) {
     throw ConfigError("--topics: found one of gyro= and accel=, expected both, or imu=");
   }
   return topics;
+}
+
+std::string TopicsText(const RecordingTopics& topics) {
+  std::string text;
+  const auto add = [&](const char* role, const std::string& name) {
+    if (!name.empty()) text += fmt::format("{}{}={}", text.empty() ? "" : ",", role, name);
+  };
+  const bool both = topics.gyro == topics.accel;
+  add("left", topics.left);
+  add("right", topics.right);
+  add(both ? "imu" : "gyro", topics.gyro);
+  if (!both) add("accel", topics.accel);
+  return text;
 }
 
 }  // namespace slcmap::data

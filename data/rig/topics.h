@@ -4,7 +4,7 @@
 #include <string>
 
 #include "data/bag/bag.h"
-#include "data/bag/recording_topics.h"
+#include "data/bag/topics.h"
 
 namespace slcmap::inline data {
 
@@ -14,11 +14,14 @@ namespace slcmap::inline data {
 // topic; the one IMU topic, else those of a gyroscope and an accelerometer. Compressed images are
 // taken where the same are not there otherwise. Throws ConfigError for a topic in `said` that is
 // not there or of another type, and InputFault, with what is there and what to say, where none or
-// several could be it.
-RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said);
+// several could be it; without `needs_imu` those of the IMU are "" then.
+RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said, bool needs_imu = true);
 
 // Of the text left=/a,right=/b,imu=/c, or gyro= and accel= instead of imu=, any of them left out.
 // Throws ConfigError.
 RecordingTopics ParseTopics(const std::string& text);
+
+// Such a text.
+std::string TopicsText(const RecordingTopics& topics);
 
 }  // namespace slcmap::data

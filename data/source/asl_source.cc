@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "data/calibration/calibration.h"
+#include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
@@ -217,7 +218,7 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
   if (has_calibration && is_named_alike) {
     opened.calibration = calibration;
     opened.cameras.clear();
-  } else if (!fs::exists(opened.calibration, error)) {
+  } else if (!fs::exists(SplitCalibrationPaths(opened.calibration).front(), error)) {
     opened.calibration.clear();
   }
   Sequence recording = OpenSequence(path, opened);

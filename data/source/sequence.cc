@@ -13,6 +13,7 @@
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/mask.h"
+#include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/source/asl_files.h"
@@ -281,7 +282,9 @@ Calibration LoadCalibration(const std::string& folder, const SequenceOptions& op
 // Words that stand in a path's place stay.
 SequenceOptions WithWholePaths(SequenceOptions options) {
   if (!options.calibration.empty()) {
-    options.calibration = fs::weakly_canonical(options.calibration).string();
+    std::vector<std::string> paths = SplitCalibrationPaths(options.calibration);
+    for (std::string& path : paths) path = fs::weakly_canonical(path).string();
+    options.calibration = fmt::format("{}", fmt::join(paths, ","));
   }
   for (std::string& mask : options.masks) {
     if (mask != kNoMask) mask = fs::weakly_canonical(mask).string();

@@ -1,8 +1,11 @@
-// Which topics of a bag are a rig's.
+// Topics of a bag that are a rig's.
 #pragma once
 
 #include <string>
 #include <vector>
+
+#include "data/bag/bag.h"
+#include "data/bag/messages.h"
 
 namespace slcmap::inline data {
 
@@ -13,5 +16,12 @@ struct RecordingTopics {
   std::string profile = {};               // that told them (config/profiles), "" where none did
   std::vector<std::string> reasons = {};  // why these, in words
 };
+
+// Raw or compressed.
+inline bool IsImageTopic(const BagTopic& topic) {
+  return topic.type == RosImage::kType || topic.type == RosCompressedImage::kType;
+}
+
+inline bool IsImuTopic(const BagTopic& topic) { return topic.type == RosImu::kType; }
 
 }  // namespace slcmap::data
