@@ -27,10 +27,7 @@ TEST_P(Unpacked, FolderHoldsWhatTheBagHolds) {
   const TempFolder folder;
   const auto written = testing::MadeMessages(GetParam().encoding, kUnpackedPairs, kUnpackedSize_px);
   const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
-  const RecordingTopics topics = ChooseTopics(*bag, {});
-  EXPECT_EQ(topics.left, "/cam0/image_raw");
-  EXPECT_EQ(topics.right, "/cam1/image_raw");
-  EXPECT_EQ(topics.gyro, "/imu0");
+  const RecordingTopics topics = {"/cam0/image_raw", "/cam1/image_raw", "/imu0", "/imu0"};
   const std::string out = folder.Path("out");
   const UnpackedCounts counts = UnpackRecording(topics, out, {}, bag.get());
   EXPECT_EQ(counts.left, kUnpackedPairs);
@@ -68,90 +65,6 @@ INSTANTIATE_TEST_SUITE_P(All, Unpacked, ::testing::ValuesIn(testing::kBagCases),
                          [](const auto& test) {
                            return std::string(test.param.form) + "_" + test.param.compression;
                          });
-
-using Topics = std::vector<std::pair<std::string, std::string>>;
-
-// A bag with these topics and one message of each.
-class MadeTopicsBag {
- public:
-  explicit MadeTopicsBag(const Topics& topics) {
-    const auto writer = CreateBag(folder_.Path("made.mcap"), {});
-    for (const auto& [name, type] : topics) {
-      const uint32_t topic = writer->AddTopic({name, type, BagEncoding::kCdr, "cdr"});
-      RosImu imu;
-      imu.stamp_ns = 1'000'000'000;
-      writer->Write(topic, imu.stamp_ns, EncodeMessage(BagEncoding::kCdr, imu));
-    }
-    writer->Close();
-    bag_ = OpenBag(folder_.Path("made.mcap"));
-  }
-  const Bag& bag() const { return *bag_; }
-
- private:
-  TempFolder folder_;
-  std::unique_ptr<Bag> bag_;
-};
-
-constexpr const char *kImage = RosImage::kType, *kPacked = RosCompressedImage::kType,
-                     *kImu = RosImu::kType;
-
-TEST(ChooseTopics, TakesTheOnePairByItsNamesAndBothHalvesOfAnImu) {
-  const MadeTopicsBag realsense({{"/camera/infra1/image_rect_raw", kImage},
-                                 {"/camera/infra2/image_rect_raw", kImage},
-                                 {"/camera/color/image_raw", kImage},
-                                 {"/camera/gyro/sample", kImu},
-                                 {"/camera/accel/sample", kImu}});
-  const RecordingTopics topics = ChooseTopics(realsense.bag(), {});
-  EXPECT_EQ(topics.left, "/camera/infra1/image_rect_raw");
-  EXPECT_EQ(topics.right, "/camera/infra2/image_rect_raw");
-  EXPECT_EQ(topics.gyro, "/camera/gyro/sample");
-  EXPECT_EQ(topics.accel, "/camera/accel/sample");
-
-  const MadeTopicsBag packed({{"/oak/left/image_raw", kImage},
-                              {"/oak/left/image_raw/compressed", kPacked},
-                              {"/oak/right/image_raw", kImage},
-                              {"/oak/right/image_raw/compressed", kPacked},
-                              {"/oak/imu/data", kImu}});
-  EXPECT_EQ(ChooseTopics(packed.bag(), {}).right, "/oak/right/image_raw");
-
-  const MadeTopicsBag one({{"/cam/image_raw/compressed", kPacked}, {"/imu", kImu}});
-  EXPECT_EQ(ChooseTopics(one.bag(), {}).left, "/cam/image_raw/compressed");
-  EXPECT_EQ(ChooseTopics(one.bag(), {}).right, "");
-}
-
-std::string Refusal(const Bag& bag, const RecordingTopics& said) {
-  try {
-    ChooseTopics(bag, said);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing";
-}
-
-TEST(ChooseTopics, SaysWhatIsThereWhereNoneOrSeveralCouldBeIt) {
-  const MadeTopicsBag many({{"/a/left/image", kImage},
-                            {"/a/right/image", kImage},
-                            {"/b/left/image", kImage},
-                            {"/b/right/image", kImage},
-                            {"/imu", kImu}});
-  EXPECT_THAT(Refusal(many.bag(), {}), HasSubstr("4 topics of images, 2 pairs"));
-  EXPECT_THAT(Refusal(many.bag(), {}), HasSubstr("/b/right/image (sensor_msgs/Image, 1)"));
-  EXPECT_EQ(ChooseTopics(many.bag(), ParseTopics("left=/b/left/image,right=/b/right/image")).gyro,
-            "/imu");
-  EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/imu")), HasSubstr("a sensor_msgs/Imu"));
-  EXPECT_THAT(Refusal(many.bag(), ParseTopics("left=/c")), HasSubstr("/c, which is not in"));
-  const MadeTopicsBag no_imu(Topics{{"/a/image", kImage}});
-  EXPECT_THAT(Refusal(no_imu.bag(), {}), HasSubstr("0 topics of an IMU"));
-  const MadeTopicsBag no_images(Topics{{"/imu", kImu}});
-  EXPECT_THAT(Refusal(no_images.bag(), {}), HasSubstr("no topic of images"));
-}
-
-TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
-  EXPECT_EQ(ParseTopics("imu=/i").accel, "/i");
-  for (const char* text : {"left", "middle=/a", "left=", "right=/a", "gyro=/g"}) {
-    EXPECT_THROW(ParseTopics(text), ConfigError) << text;
-  }
-}
 
 // What a bag of one square image, with these bytes a row and in all, becomes.
 cv::Mat UnpackImage(const std::string& encoding, uint32_t size_px, std::vector<std::byte> data) {
