@@ -43,8 +43,10 @@ void AddCheckCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("check", "Check a recorded sequence, naming remedies");
   const auto arguments = std::make_shared<CheckArguments>();
   command
-      ->add_option("sequence", arguments->sequence,
-                   "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above")
+      ->add_option(
+          "sequence", arguments->sequence,
+          "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; or "
+          "a bag, whose topics are listed")
       ->required();
   AddSequenceOptions(*command, &arguments->options);
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");

@@ -76,8 +76,8 @@ std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error
 enum class FolderKind { kSequence, kRun, kMap };
 
 // Throws DataError where the path is no folder, or one that is plainly of another kind: "OUT/map:
-// found a map folder, expected a run folder". What a folder of the right kind lacks, its reader
-// says.
+// found a map folder, expected a run folder". A bag is a sequence, too. What one of the right kind
+// lacks, its reader says.
 void ExpectFolder(const std::string& path, FolderKind expected);
 
 }  // namespace slcmap::commands

@@ -191,8 +191,12 @@ std::string FilesIn(const fs::path& folder) {
 }  // namespace
 
 std::string SequenceId(const std::string& sequence) {
-  const fs::path folder = FindAslFolder(sequence);
+  const fs::path folder = LocateRecording(sequence);
   std::string text = fs::weakly_canonical(folder).string();
+  if (IsBagRecording(sequence)) {
+    return text + "\n" +
+           (fs::is_directory(folder) ? FilesIn(folder) : FileImages()->State(folder.string()));
+  }
   for (const char* name : {"cam0/data.csv", "cam1/data.csv", "imu0/data.csv", "cam0/sensor.yaml",
                            "cam1/sensor.yaml", "imu0/sensor.yaml"}) {
     std::error_code error;

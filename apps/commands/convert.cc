@@ -1,77 +1,211 @@
-// slcmap convert: a recording in a bag as a folder that the other commands open.
+// slcmap convert: a recording written anew, as an EuRoC (ASL) folder or as a bag.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/odometry_stage.h"
 #include "apps/commands/progress.h"
-#include "data/bag/unpack.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "data/io/output_folder.h"
-#include "data/rig/topics.h"
+#include "data/source/convert_recording.h"
 
 namespace slcmap::inline commands {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr const char* kFolder = "folder";
+
 struct ConvertArguments {
-  std::string bag, output, topics;
+  std::string input, output, folder, packing;
+  SequenceOptions opened;
+  SequencePart part;
+  bool keep_files = false;
 };
 
-void LogCounts(const RecordingTopics& topics, const UnpackedCounts& counts) {
-  spdlog::info("{}: {} images; {}: {}", topics.left, counts.left,
-               topics.right.empty() ? "no second camera" : topics.right, counts.right);
-  spdlog::info("{}{}: {} samples", topics.gyro,
-               topics.accel == topics.gyro ? "" : " and " + topics.accel, counts.imu);
+std::vector<std::string> SplitWords(const std::string& text) {
+  std::vector<std::string> words;
+  for (size_t from = 0; from < text.size();) {
+    const size_t to = std::min(text.find(',', from), text.size());
+    words.push_back(text.substr(from, to - from));
+    from = to + 1;
+  }
+  return words;
+}
+
+// By the output's name, and what --packing says otherwise.
+BagPacking ParsePacking(const std::string& output, const std::string& text) {
+  BagPacking packing{kFolder, "none"};
+  for (const std::string form : {"bag", "db3", "mcap"}) {
+    if (output.ends_with("." + form)) packing.form = form;
+  }
+  bool is_packed = false;
+  for (const std::string& word : SplitWords(text)) {
+    const bool is_form = word == kFolder || word == "bag" || word == "db3" || word == "mcap";
+    (is_form ? packing.form : packing.compression) = word;
+    is_packed = is_packed || !is_form;
+  }
+  if (packing.form == kFolder && is_packed) {
+    throw ConfigError(fmt::format(
+        "--packing: found {} for the folder {}, expected it for a bag: give OUT the ending .bag, "
+        ".db3 or .mcap, or --packing bag, db3 or mcap with it",
+        packing.compression, output));
+  }
+  if (packing.form == "db3" && packing.compression != "none" && packing.compression != "zstd") {
+    throw ConfigError(
+        fmt::format("--packing: found {} for db3, expected none or zstd", packing.compression));
+  }
+  return packing;
+}
+
+// Makes something at a path of its own beside the output, and puts it in place when it is whole.
+class OutputBag {
+ public:
+  // A db3 is a folder, or by its ending the file in it.
+  OutputBag(const std::string& path, const BagPacking& packing, const std::string& input)
+      : path_(path),
+        is_folder_(packing.form == "db3"),
+        is_file_of_folder_(is_folder_ && path.ends_with(".db3")) {
+    RefuseInputs(path, {input});
+    const fs::path whole = FolderItself(path);
+    aside_ = whole.string() + ".unfinished";
+    name_ = (is_file_of_folder_ ? whole.stem() : whole.filename()).string();
+    std::error_code error;
+    const bool wants_file = !is_folder_ || is_file_of_folder_;
+    const std::string found = NoFileAt(path);
+    if (wants_file && found.empty()) return;
+    if (!wants_file && !fs::exists(path, error)) return;
+    if (!wants_file && fs::is_directory(path, error) && fs::is_empty(path, error)) return;
+    throw ConfigError(
+        fmt::format("output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
+                    wants_file ? "a file, or nothing" : "nothing, or an empty folder"));
+  }
+
+  ~OutputBag() {
+    std::error_code error;
+    fs::remove_all(aside_, error);
+  }
+  OutputBag(const OutputBag&) = delete;
+  OutputBag& operator=(const OutputBag&) = delete;
+
+  // Where it is made.
+  std::string Begin() {
+    std::error_code error;
+    fs::remove_all(aside_, error);  // of one that was killed
+    MakeFolder(aside_);
+    return aside_ + "/" + name_;
+  }
+
+  void Commit() const {
+    std::error_code error;
+    fs::path from = fs::path(aside_) / name_;
+    if (is_file_of_folder_) from /= name_ + "_0.db3";
+    if (is_folder_ && !is_file_of_folder_) fs::remove(path_, error);  // where it is empty
+    fs::rename(from, LinkTarget(path_), error);
+    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", path_, error.message()));
+  }
+
+ private:
+  std::string path_, aside_, name_;
+  bool is_folder_ = false, is_file_of_folder_ = false;
+};
+
+void LogCounts(const ConvertedCounts& counts) {
+  for (const auto& [sensor, rows] : counts.rows) {
+    spdlog::info("{}: {} {}", sensor, rows, sensor == "imu0" ? "samples" : "images");
+  }
   for (const auto& [kind, entry] : counts.warnings.entries()) {
     spdlog::warn("{}: {}, first {}", Warnings::InWords(kind), entry.count, entry.first_place);
   }
 }
 
-void RequireSome(const std::string& bag, const UnpackedCounts& counts) {
-  if (counts.left > 0 && counts.imu > 0) return;
-  throw DataError(fmt::format(
-      "{}: found {} images and {} samples of the IMU that can be read, expected some of both", bag,
-      counts.left, counts.imu));
+void ConvertToFolder(const ConvertArguments& arguments, const std::string& path,
+                     const RecordingTables& recording) {
+  OutputFolder output(path, {"a recording", {"mav0"}}, ListFolders(arguments.input));
+  LogCounts(WriteAslRecording(recording, arguments.part, output.staging() + "/mav0",
+                              StageProgress("convert")));
+  output.Commit();
+}
+
+void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
+                  const BagPacking& packing, const RecordingTables& recording) {
+  OutputBag output(path, packing, arguments.input);
+  LogCounts(WriteBagRecording(recording, arguments.part, packing, arguments.keep_files,
+                              output.Begin(), StageProgress("convert")));
+  output.Commit();
 }
 
 void Convert(const ConvertArguments& arguments) {
-  const RecordingTopics said = ParseTopics(arguments.topics);
-  OutputFolder output(arguments.output, {"a recording", {"mav0"}}, {arguments.bag});
-  const std::unique_ptr<Bag> bag = OpenBag(arguments.bag);
-  const RecordingTopics topics = ChooseTopics(bag.get(), said);
-  spdlog::info("{}: {}", arguments.bag, bag->form());
-  for (const std::string& reason : topics.reasons) spdlog::info("{}", reason);
-  const UnpackedCounts counts =
-      UnpackRecording(topics, output.staging() + "/mav0", StageProgress("convert"), bag.get());
-  LogCounts(topics, counts);
-  RequireSome(arguments.bag, counts);
-  output.Commit();
-  spdlog::info(
-      "wrote {}; its calibration is given to what opens it: slcmap run {} --calibration "
-      "rig.yaml",
-      output.path(), output.path());
+  if (arguments.output.empty() == arguments.folder.empty()) {
+    throw ConfigError("output: found OUT " +
+                      std::string(arguments.output.empty() ? "and -o missing" : "and -o") +
+                      ", expected one of them");
+  }
+  const std::string& path = arguments.output.empty() ? arguments.folder : arguments.output;
+  arguments.part.Check();
+  const BagPacking packing = ParsePacking(path, arguments.packing);
+  ExpectFolder(arguments.input, FolderKind::kSequence);
+  SequenceOptions opened = arguments.opened;
+  opened.needs_imu = false;
+  const std::unique_ptr<RecordingTables> recording = OpenTables(arguments.input, opened);
+  spdlog::info("{}: {}", arguments.input, recording->form());
+  if (packing.form == kFolder) {
+    ConvertToFolder(arguments, path, *recording);
+  } else {
+    ConvertToBag(arguments, path, packing, *recording);
+  }
+  const bool has_calibration = packing.form == kFolder && !IsBagRecording(arguments.input);
+  spdlog::info("wrote {}{}", path,
+               has_calibration ? ""
+                               : "; its calibration is given to what opens it: slcmap run " + path +
+                                     " --calibration rig.yaml");
 }
 
 }  // namespace
 
 void AddConvertCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("convert", "Make an EuRoC (ASL) folder of a bag");
+  CLI::App* command =
+      app.add_subcommand("convert", "Write a recording anew, as a folder (ASL) or as a bag");
   const auto arguments = std::make_shared<ConvertArguments>();
   command
-      ->add_option("bag", arguments->bag,
-                   "ROS 1 bag, rosbag2 database or MCAP file, or the folder of one")
+      ->add_option(
+          "recording", arguments->input,
+          "EuRoC (ASL) or TUM VI folder, or a bag: ROS 1, rosbag2 (file or folder) or MCAP")
+      ->type_name("IN")
       ->required();
-  command->add_option("-o,--output", arguments->output, "Folder of the recording")->required();
+  command->add_option("to", arguments->output, "Folder, or a bag by its ending: .bag, .db3, .mcap")
+      ->type_name("OUT");
+  command->add_option("-o,--output", arguments->folder, "The same as OUT");
   command
-      ->add_option("--topics", arguments->topics,
+      ->add_option(
+          "--packing", arguments->packing,
+          "How a bag is packed: none (default); lz4 or bz2 (bag); zstd (db3); lz4, zstd or "
+          "unchunked (mcap). Where OUT has no ending, the kind before it: db3,zstd")
+      ->type_name("KIND");
+  command->add_flag("--keep-files", arguments->keep_files,
+                    "Images that are PNG or JPEG files go into bags as they are");
+  command
+      ->add_option("--topics", arguments->opened.topics,
                    "Which topics are the rig's, any of them; imu= for gyro= and accel= in one "
                    "(default: by types and names)")
       ->type_name("left=A,right=B,imu=C");
+  command->add_option("--from", arguments->part.from_s,
+                      "Start so many seconds after the first image");
+  command->add_option("--duration", arguments->part.duration_s,
+                      "Seconds of the recording to use; 0: to the end");
   command->footer(
-      "Examples:\n  slcmap convert walk.bag -o walk\n"
-      "  slcmap convert walk -o rig --topics "
-      "left=/oak/left/image_raw,right=/oak/right/image_raw\n\n"
-      "Images keep the stamps of their headers. Calibrations in bags are not read: give the rig's\n"
-      "with --calibration to what opens the folder.");
+      "Examples:\n  slcmap convert walk.bag walk\n"
+      "  slcmap convert MH_01_easy MH_01_easy.mcap --packing zstd --duration 60\n"
+      "  slcmap convert walk rig --topics left=/oak/left/image_raw,right=/oak/right/image_raw\n\n"
+      "Images keep the stamps of their headers; topics are named as EuRoC's. All commands open\n"
+      "bags as they are: this is for other programs, and for parts of recordings.");
   command->callback([arguments] { Convert(*arguments); });
 }
 

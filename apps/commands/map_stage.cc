@@ -298,7 +298,7 @@ void AddMapCommand(CLI::App& app) {
   MapArguments& arguments = map->arguments;
   command
       ->add_option("input", arguments.input,
-                   "Run folder, as odometry writes it, or with --poses a sequence (EuRoC, TUM VI)")
+                   "Run folder, as odometry writes it, or with --poses a sequence")
       ->type_name("RUN|SEQ")
       ->required();
   command->add_option("-o,--output", map->output, "Map folder to write")

@@ -35,6 +35,11 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
               ->delimiter(',')
               ->allow_extra_args(false)
               ->type_name("I,J"),
+          command
+              .add_option("--topics", options->topics,
+                          "Which topics of a bag are the rig's, any of them; imu= for gyro= and "
+                          "accel= in one (default: by types and names)")
+              ->type_name("left=A,right=B,imu=C"),
           AddMilliseconds(command, "--pair-tolerance", &options->max_stereo_offset_s,
                           "Between the stamps of a left and a right image, at most (default: 3)"),
           AddMilliseconds(command, "--right-offset", &options->right_offset_s,
@@ -75,9 +80,10 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form) {
 
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command
-      .add_option("sequence", arguments->sequence,
-                  "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; "
-                  "without cam1, of one camera")
+      .add_option(
+          "sequence", arguments->sequence,
+          "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; or "
+          "a bag: ROS 1, rosbag2 (file or folder) or MCAP; without cam1, of one camera")
       ->required();
   command.add_option("--method", arguments->method,
                      "slc (default: points, structural lines, points on lines), structural, "

@@ -12,8 +12,8 @@
 
 namespace slcmap::inline commands {
 
-// Adds --calibration, --mask, --cameras, --pair-tolerance and --right-offset; `options` must
-// outlive the parsing. Returns what was added.
+// Adds --calibration, --mask, --cameras, --topics, --pair-tolerance and --right-offset; `options`
+// must outlive the parsing. Returns what was added.
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
 
 // The files that these options name.

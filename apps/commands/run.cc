@@ -61,8 +61,7 @@ void PrintAccuracy(const char* name, const Trajectory& truth, const Trajectory& 
 }
 
 void PrintAccuracies(const std::string& sequence, const OdometryRun& run, const MapResult& map) {
-  const std::string folder = FindAslFolder(sequence);
-  const std::string truth_path = FindTruth(folder);
+  const std::string truth_path = FindTruth(LocateRecording(sequence));
   if (truth_path.empty()) return;
   const Trajectory truth = ReadTrajectory(truth_path);
   std::vector<int64_t> stamps_ns;  // of the part that was asked for

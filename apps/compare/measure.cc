@@ -37,7 +37,7 @@ struct Measured {
 };
 
 std::string FileBeside(const std::string& sequence, const char* name) {
-  const fs::path folder = FindAslFolder(sequence);
+  const fs::path folder = LocateRecording(sequence);
   std::error_code error;
   for (const fs::path& base : {folder, fs::absolute(folder).lexically_normal().parent_path()}) {
     if (fs::is_regular_file(base / "truth" / name, error)) return (base / "truth" / name).string();
@@ -409,7 +409,7 @@ class SequenceMeasurer {
 
 std::string FindTruePoses(const std::string& sequence) {
   const std::string simulated = FileBeside(sequence, "trajectory.tum");
-  return simulated.empty() ? FindTruth(FindAslFolder(sequence)) : simulated;
+  return simulated.empty() ? FindTruth(LocateRecording(sequence)) : simulated;
 }
 
 std::string FindTrueEdges(const std::string& sequence) { return FileBeside(sequence, "edges.csv"); }

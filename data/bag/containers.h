@@ -12,10 +12,6 @@
 
 namespace slcmap::inline data {
 
-inline constexpr const char* kBagCutOff = "bags_cut_off";
-inline constexpr const char* kBagDamaged = "bag_parts_damaged";
-inline constexpr const char* kBagMissing = "bags_with_messages_missing";
-
 // Of one file each. They throw InputFault for files that are not of their kind or not readable.
 std::unique_ptr<Bag> OpenRos1Bag(const std::string& path);
 std::unique_ptr<Bag> OpenMcap(const std::string& path);

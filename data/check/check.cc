@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "data/bag/bag.h"
 #include "data/calibration/calibration.h"
 #include "data/check/intervals.h"
 #include "data/check/view_geometry.h"
@@ -65,6 +66,15 @@ constexpr Remedy kRemedies[] = {
     {kImageOrientation, "orientation",
      "nothing where the cameras were calibrated with images as stored; else turn the pixels, and "
      "remove the EXIF orientation"},
+    {kBagCutOff, "bag-cut-off",
+     "let the recorder end before the disk is full or the power is off; what was written whole is "
+     "used"},
+    {kBagDamaged, "bag-damaged",
+     "copy the bag again from where it was recorded; damaged parts are "
+     "left out"},
+    {kBagMissing, "bag-missing", "copy all files of the bag; what is missing is left out"},
+    {kMessageUnreadable, "messages",
+     "record the messages of these topics whole; those that cannot be read are left out"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
     {kTimeShiftsDiffer, "time-shifts",
@@ -198,6 +208,7 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   const SourceInfo& info = source->info();
   CheckReport report;
   report.sequence = info.name;
+  report.form = info.form;
   report.calibration = info.calibration;
   report.cameras = info.cameras;
   CheckWarnings(source->warnings(), &report);
@@ -259,6 +270,10 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
     report.Fail("unreadable", error.what(), "write that file anew, for all to read");
   }
   report.sequence = path;
+  try {
+    report.topics = ListRecordedTopics(path, options.topics);
+  } catch (const DataError&) {  // of a bag that cannot be opened, as the finding says
+  }
   return report;
 }
 

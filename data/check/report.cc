@@ -21,6 +21,16 @@ std::ptrdiff_t CountMatching(const CheckReport& report, Severity severity) {
       [severity](const CheckFinding& finding) { return finding.severity == severity; });
 }
 
+std::string TopicTable(const std::vector<RecordedTopic>& topics) {
+  std::string text;
+  for (const RecordedTopic& topic : topics) {
+    text += fmt::format("{:<34} {:>12} {}{}\n", topic.name,
+                        topic.messages < 0 ? "?" : std::to_string(topic.messages), topic.type,
+                        topic.taken_as.empty() ? "" : ": " + topic.taken_as);
+  }
+  return topics.empty() ? text : text + "\n";
+}
+
 }  // namespace
 
 bool CheckReport::Usable() const {
@@ -66,8 +76,10 @@ Rig Corrected(const Rig& rig, const CheckReport& report) {
 }
 
 std::string CheckTable(const CheckReport& report) {
-  std::string text = fmt::format("sequence     {}\ncalibration  {}\n\n", report.sequence,
-                                 report.calibration.empty() ? "none" : report.calibration);
+  std::string text = fmt::format("sequence     {}{}\ncalibration  {}\n\n", report.sequence,
+                                 report.topics.empty() || report.form.empty() ? "" : " (" + report.form + ")",
+                                 report.calibration.empty() ? "none" : report.calibration) +
+                     TopicTable(report.topics);
   for (const CheckFigure& figure : report.figures) {
     text += fmt::format("{:<34} {:>12.6g} {}\n", figure.name, figure.value, figure.unit);
   }
@@ -100,10 +112,18 @@ std::string CheckJson(const CheckReport& report) {
   for (const CheckCorrection& correction : report.corrections) {
     corrections.push_back({{"name", correction.name}, {"values", correction.values}});
   }
-  const Json json = {{"format", "slcmap check"},    {"version", 1},
-                     {"sequence", report.sequence}, {"calibration", report.calibration},
-                     {"usable", report.Usable()},   {"figures", figures},
-                     {"findings", findings},        {"corrections", corrections}};
+  Json topics = Json::array();
+  for (const RecordedTopic& topic : report.topics) {
+    topics.push_back({{"name", topic.name},
+                      {"type", topic.type},
+                      {"messages", topic.messages < 0 ? Json() : Json(topic.messages)},
+                      {"taken_as", topic.taken_as}});
+  }
+  Json json = {{"format", "slcmap check"},    {"version", 1},
+               {"sequence", report.sequence}, {"calibration", report.calibration},
+               {"usable", report.Usable()},   {"figures", figures},
+               {"findings", findings},        {"corrections", corrections}};
+  if (!topics.empty()) json["topics"] = topics;
   // Paths and rows of a recording can hold any bytes; JSON holds UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

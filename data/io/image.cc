@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -66,6 +67,7 @@ bool IsTruncated(std::string_view bytes) {
 }
 
 cv::Mat DecodeAs(const std::string& bytes, int flags) {
+  if (bytes.empty()) return {};
   const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
                        const_cast<char*>(bytes.data()));  // imdecode only reads it
   try {
@@ -83,10 +85,25 @@ cv::Mat WithoutMosaic(const cv::Mat& image) {
   return gray;
 }
 
-cv::Mat Decode(const std::string& bytes, const PixelForm& form) {
-  constexpr int kAsStored = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
-  const bool whole = form.bits == 16;
-  cv::Mat image = DecodeAs(bytes, whole ? kAsStored : kAsStored | cv::IMREAD_ANYDEPTH);
+constexpr int kGreyAsStored = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
+
+// Of 16 bits the upper 8, as PNG files lose the lower ones.
+cv::Mat UpperBits(const cv::Mat& pixels) {
+  if (pixels.depth() != CV_16U) return pixels;
+  const cv::Mat bytes(pixels.size(), CV_8UC2, pixels.data, pixels.step);
+  cv::Mat upper;
+  cv::extractChannel(bytes, upper, 1);
+  return upper;
+}
+
+cv::Mat Decode(const KeptImage& kept, const PixelForm& form) {
+  const bool whole = form.bits == 16, is_file = kept.pixels.empty();
+  cv::Mat image;
+  if (is_file) {
+    image = DecodeAs(kept.bytes, whole ? kGreyAsStored : kGreyAsStored | cv::IMREAD_ANYDEPTH);
+  } else {
+    image = whole ? UpperBits(kept.pixels) : kept.pixels;
+  }
   if (image.depth() == CV_16U) image.convertTo(image, CV_8U, std::ldexp(1, 8 - form.bits));
   return form.mosaic && !image.empty() ? WithoutMosaic(image) : image;
 }
@@ -103,16 +120,13 @@ cv::Size PngSize(std::string_view bytes) {
   return {number(kWidthAt), number(kHeightAt)};
 }
 
-// Reads a file that is not truncated; returns the problem where there is one.
-const char* ReadWhole(const std::string& path, std::string* bytes) {
-  std::error_code error;  // a pipe would let the reader wait for ever
-  if (!std::filesystem::is_regular_file(path, error)) return kImageMissing;
-  try {
-    *bytes = ReadFile(path);
-  } catch (const DataError&) {
-    return kImageMissing;
+// An image that is not truncated, or the problem.
+KeptImage ReadWhole(const ImageStore& images, const std::string& path) {
+  KeptImage kept = images.Read(path);
+  if (kept.problem == nullptr && kept.pixels.empty() && IsTruncated(kept.bytes)) {
+    kept.problem = kImageTruncated;
   }
-  return IsTruncated(*bytes) ? kImageTruncated : nullptr;
+  return kept;
 }
 
 using ImageHandle = std::unique_ptr<std::FILE, decltype(&std::fclose)>;
@@ -126,13 +140,16 @@ std::string BytesAt(std::FILE* file, long offset, size_t count) {
   return bytes;
 }
 
+// Up to `count` bytes from an offset.
+using BytesReader = std::function<std::string(long offset, size_t count)>;
+
 // The size that the frame header of a JPEG says; empty where there is none.
-cv::Size JpegSize(std::FILE* file) {
+cv::Size JpegSize(const BytesReader& bytes_at) {
   constexpr int kMaxSegments = 1000;
   long at = 2;
   for (int i = 0; i < kMaxSegments; ++i) {
     // Marker (2 bytes), length (2), and in a frame header precision (1), height (2), width (2).
-    const std::string head = BytesAt(file, at, 9);
+    const std::string head = bytes_at(at, 9);
     if (head.size() < 9 || head[0] != '\xff') return {};
     const auto number = [&](size_t k) {
       return static_cast<unsigned char>(head[k]) << 8 | static_cast<unsigned char>(head[k + 1]);
@@ -145,61 +162,138 @@ cv::Size JpegSize(std::FILE* file) {
   return {};
 }
 
-ImageRead DecodeChecked(const std::string& bytes, const cv::Size& size, const PixelForm& form) {
-  const cv::Mat image = Decode(bytes, form);
+bool IsOfSize(const cv::Size& found, const cv::Size& size) {
+  return found.empty() || size.empty() || found == size;
+}
+
+ImageRead DecodeChecked(const KeptImage& kept, const cv::Size& size, const PixelForm& form) {
+  const cv::Mat image = Decode(kept, form);
   if (image.empty()) return {cv::Mat(), kImageUndecodable};
-  if (!size.empty() && image.size() != size) return {cv::Mat(), kImageWrongSize};
+  if (!IsOfSize(image.size(), size)) return {cv::Mat(), kImageWrongSize};
   return {image, nullptr};
+}
+
+class ImagesInFiles : public ImageStore {
+ public:
+  bool Has(const std::string& path) const override {
+    std::error_code error;
+    return std::filesystem::is_regular_file(path, error);
+  }
+
+  KeptImage Read(const std::string& path) const override {
+    if (!Has(path)) return {"", {}, kImageMissing};  // a pipe would let the reader wait for ever
+    try {
+      return {ReadFile(path), {}, nullptr};
+    } catch (const DataError&) {
+      return {"", {}, kImageMissing};
+    }
+  }
+
+  const char* FindProblem(const std::string& path, const cv::Size& size) const override {
+    return FindImageProblem(path, size);
+  }
+
+  // Those of noisy images differ in size already.
+  bool IsSame(const std::string& a, const std::string& b) const override {
+    std::error_code error;
+    if (std::filesystem::equivalent(a, b, error)) return true;
+    const auto size = std::filesystem::file_size(a, error);
+    if (error || size != std::filesystem::file_size(b, error) || error) return false;
+    const KeptImage one = Read(a), other = Read(b);
+    return one.problem == nullptr && other.problem == nullptr && one.bytes == other.bytes;
+  }
+
+  std::string State(const std::string& path) const override {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(path, error);
+    const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+    return fmt::format("{} {}", bytes, error ? 0 : changed);
+  }
+};
+
+}  // namespace
+
+SharedImageStore FileImages() {
+  static const SharedImageStore images = std::make_shared<ImagesInFiles>();
+  return images;
+}
+
+ImageRead ReadGrayImage(const ImageStore& images, const std::string& path, const cv::Size& size,
+                        const PixelForm& form) {
+  const KeptImage kept = ReadWhole(images, path);
+  if (kept.problem != nullptr) return {cv::Mat(), kept.problem};
+  return DecodeChecked(kept, size, form);
+}
+
+ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form) {
+  return ReadGrayImage(*FileImages(), path, size, form);
+}
+
+namespace {
+
+// With the depth and the channels that are kept.
+cv::Mat AsStored(const KeptImage& kept) {
+  if (kept.problem != nullptr) return {};
+  return kept.pixels.empty() ? DecodeAs(kept.bytes, cv::IMREAD_UNCHANGED) : kept.pixels;
+}
+
+// Whether viewers show the image turned or mirrored, as its EXIF data ask for.
+bool IsTurnedByOrientation(const KeptImage& kept) {
+  if (kept.problem != nullptr || !kept.pixels.empty()) return false;
+  const cv::Mat stored = DecodeAs(kept.bytes, kGreyAsStored);
+  const cv::Mat shown = DecodeAs(kept.bytes, cv::IMREAD_GRAYSCALE);
+  return stored.size() != shown.size() || cv::norm(stored, shown, cv::NORM_INF) > 0;
 }
 
 }  // namespace
 
-ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form) {
-  std::string bytes;
-  if (const char* problem = ReadWhole(path, &bytes)) return {cv::Mat(), problem};
-  return DecodeChecked(bytes, size, form);
-}
-
 cv::Mat ReadStoredImage(const std::string& path) {
-  std::string bytes;
-  if (ReadWhole(path, &bytes) != nullptr) return {};
-  return DecodeAs(bytes, cv::IMREAD_UNCHANGED);
+  return AsStored(ReadWhole(*FileImages(), path));
 }
 
-bool IsTurnedByOrientation(const std::string& path) {
-  std::string bytes;
-  if (ReadWhole(path, &bytes) != nullptr) return false;
-  const cv::Mat stored = DecodeAs(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  const cv::Mat shown = DecodeAs(bytes, cv::IMREAD_GRAYSCALE);
-  return stored.size() != shown.size() || cv::norm(stored, shown, cv::NORM_INF) > 0;
+cv::Mat StoredGray(const KeptImage& kept) {
+  if (kept.problem != nullptr || !kept.pixels.empty()) return kept.pixels;
+  if (IsTruncated(kept.bytes)) return {};
+  return DecodeAs(kept.bytes, kGreyAsStored | cv::IMREAD_ANYDEPTH);
 }
 
 const char* FindImageProblem(const std::string& path, const cv::Size& size) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return kImageMissing;
+  if (!FileImages()->Has(path)) return kImageMissing;
   const ImageHandle file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) return kImageMissing;
   const std::string start = BytesAt(file.get(), 0, 32);
   // Both ends in one, which is what the rule for whole files looks at.
   const std::string end = start.size() < 32 ? "" : BytesAt(file.get(), -12, 12);
   if (!EndsWell(start + end)) {  // perhaps for bytes behind its end
-    std::string bytes;
-    if (const char* problem = ReadWhole(path, &bytes)) return problem;
+    const KeptImage kept = ReadWhole(*FileImages(), path);
+    if (kept.problem != nullptr) return kept.problem;
   }
   if (!cv::haveImageReader(path)) return kImageUndecodable;
-  const bool is_png = IsPng(start);
-  const cv::Size found = is_png ? PngSize(start) : JpegSize(file.get());
-  return found.empty() || size.empty() || found == size ? nullptr : kImageWrongSize;
+  const auto bytes_at = [&](long offset, size_t count) {
+    return BytesAt(file.get(), offset, count);
+  };
+  return IsOfSize(IsPng(start) ? PngSize(start) : JpegSize(bytes_at), size) ? nullptr
+                                                                            : kImageWrongSize;
 }
 
-DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size,
-                                        const PixelForm& form) {
-  const auto bytes = std::make_shared<std::string>();
-  if (const char* problem = ReadWhole(path, bytes.get())) return {nullptr, problem};
-  if (!size.empty() && PngSize(*bytes) == size) {
-    return {[bytes, form] { return Decode(*bytes, form); }, nullptr};
+const char* FindProblemOfBytes(const std::string& bytes, const cv::Size& size) {
+  if (IsTruncated(bytes)) return kImageTruncated;
+  const auto bytes_at = [&](long offset, size_t count) {
+    const auto at = static_cast<size_t>(offset);
+    return at < bytes.size() ? bytes.substr(at, count) : std::string();
+  };
+  return IsOfSize(IsPng(bytes) ? PngSize(bytes) : JpegSize(bytes_at), size) ? nullptr
+                                                                            : kImageWrongSize;
+}
+
+DeferredImageRead ReadGrayImageDeferred(const ImageStore& images, const std::string& path,
+                                        const cv::Size& size, const PixelForm& form) {
+  const auto kept = std::make_shared<KeptImage>(ReadWhole(images, path));
+  if (kept->problem != nullptr) return {nullptr, kept->problem};
+  if (!size.empty() && PngSize(kept->bytes) == size) {
+    return {[kept, form] { return Decode(*kept, form); }, nullptr};
   }
-  const ImageRead read = DecodeChecked(*bytes, size, form);
+  const ImageRead read = DecodeChecked(*kept, size, form);
   return {[image = read.image] { return image; }, read.problem};
 }
 
@@ -241,18 +335,18 @@ struct FormSeen {
 };
 
 // Until 16 bits are proved; of files that are not deep a few will do.
-FormSeen LookAtForm(const std::vector<std::string>& paths) {
+FormSeen LookAtForm(const ImageStore& images, const std::vector<std::string>& paths) {
   FormSeen seen;
   size_t samples = std::min(kFormSamples, paths.size());
   for (size_t i = 0; i < samples; ++i) {
-    const std::string& path = paths[i * paths.size() / samples];
-    const cv::Mat image = ReadStoredImage(path);
+    const KeptImage kept = ReadWhole(images, paths[i * paths.size() / samples]);
+    const cv::Mat image = AsStored(kept);
     if (image.empty()) continue;
     if (image.depth() == CV_16U && !seen.deep) {
       seen.deep = true;
       samples = std::min(kDeepSamples, paths.size());
     }
-    if (seen.images++ == 0) seen.is_turned = IsTurnedByOrientation(path);
+    if (seen.images++ == 0) seen.is_turned = IsTurnedByOrientation(kept);
     if (seen.images <= static_cast<int>(kFormSamples)) seen.mosaics += ShowsMosaic(image);
     double most = 0;
     cv::minMaxLoc(image.reshape(1), nullptr, &most);
@@ -273,11 +367,12 @@ int BitsFor(double most) {
 
 }  // namespace
 
-std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
+std::array<PixelForm, 2> FindPixelForms(const ImageStore& images,
+                                        const std::array<std::vector<std::string>, 2>& paths,
                                         Warnings* warnings) {
   std::array<FormSeen, 2> seen;
   std::array<PixelForm, 2> forms;
-  for (size_t camera = 0; camera < 2; ++camera) seen[camera] = LookAtForm(paths[camera]);
+  for (size_t camera = 0; camera < 2; ++camera) seen[camera] = LookAtForm(images, paths[camera]);
   const bool deep = seen[0].deep || seen[1].deep;
   const double most = std::max(seen[0].most, seen[1].most);
   for (size_t camera = 0; camera < 2; ++camera) {
@@ -306,10 +401,12 @@ std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string
   return forms;
 }
 
-void WritePng(const std::string& path, const cv::Mat& image) {
+std::string EncodePng(const cv::Mat& image) {
   std::vector<uchar> bytes;
   cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  WriteFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
+
+void WritePng(const std::string& path, const cv::Mat& image) { WriteFile(path, EncodePng(image)); }
 
 }  // namespace slcmap::data

@@ -1,5 +1,5 @@
-// The images of a sequence from their files, and how the pixels of a camera's files are to be read,
-// found from a sample of them.
+// The images of a sequence decoded, and how the pixels of a camera's files are to be read, found
+// from a sample of them.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/core/error.h"
+#include "data/io/image_store.h"
 
 namespace slcmap::inline data {
 
@@ -28,17 +29,23 @@ struct PixelForm {
 // JPEG without its end mark count as truncated, whatever could be decoded of them; bytes behind
 // these are passed over, as is an orientation: pixels are as the sensor has stored them. An image
 // of another size than `size` (any, where that is empty) is a problem too.
+ImageRead ReadGrayImage(const ImageStore& images, const std::string& path, const cv::Size& size,
+                        const PixelForm& form = {});
 ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form = {});
 
 // An image with the depth and the channels of its file; empty where it cannot be decoded.
 cv::Mat ReadStoredImage(const std::string& path);
 
-// Whether viewers show the image turned or mirrored, as its EXIF data ask for.
-bool IsTurnedByOrientation(const std::string& path);
+// The grey of an image that is kept, of 8 or 16 bits as there are; empty where it cannot be
+// decoded.
+cv::Mat StoredGray(const KeptImage& kept);
 
-// What can be told to be wrong by the file's header and end, without decoding it: a kind of
+// What can be told to be wrong by a file's header and end, without decoding it: a kind of
 // data/core/error.h, or nullptr. The size is known of PNG and JPEG files only.
 const char* FindImageProblem(const std::string& path, const cv::Size& size);
+
+// The same of a file's bytes.
+const char* FindProblemOfBytes(const std::string& bytes, const cv::Size& size);
 
 // The same, but a PNG is only decoded by `decode`, which gives an empty image where its pixels are
 // damaged; all other problems are found at once.
@@ -46,8 +53,8 @@ struct DeferredImageRead {
   std::function<cv::Mat()> decode;
   const char* problem = nullptr;
 };
-DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size,
-                                        const PixelForm& form = {});
+DeferredImageRead ReadGrayImageDeferred(const ImageStore& images, const std::string& path,
+                                        const cv::Size& size, const PixelForm& form = {});
 
 // What FindPixelForms counts.
 inline constexpr const char* kImageFewBits = "images_of_fewer_bits_than_their_files";
@@ -58,10 +65,13 @@ inline constexpr const char* kImageOrientation = "images_with_an_orientation_tak
 // up to 2^8, 2^10, 2^12 or 2^14 at most, over all that is sampled of both cameras, hold so many
 // bits; a mosaic is told by levels that differ between the pixels of each 2 x 2, the same over
 // whole areas. What is out of the usual is counted, once a camera, where warnings are given.
-std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
+std::array<PixelForm, 2> FindPixelForms(const ImageStore& images,
+                                        const std::array<std::vector<std::string>, 2>& paths,
                                         Warnings* warnings = nullptr);
 
-// As PNG, 8 or 16 bit. Speed, not size, matters: it is read back soon. Throws OutputError.
+// As PNG, 8 or 16 bit. Speed, not size, matters: it is read back soon.
+std::string EncodePng(const cv::Mat& image);
+// Throws OutputError.
 void WritePng(const std::string& path, const cv::Mat& image);
 
 }  // namespace slcmap::data

@@ -140,7 +140,7 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
 
 // Of any kind that the readers of recordings know.
 bool IsRecording(const std::string& folder) {
-  constexpr const char* kParts[] = {"mav0", "cam0", "imu0"};
+  constexpr const char* kParts[] = {"mav0", "cam0", "imu0", "metadata.yaml"};
   return std::ranges::any_of(kParts, [&](const char* part) { return Exists(folder + "/" + part); });
 }
 

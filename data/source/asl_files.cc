@@ -26,18 +26,6 @@ constexpr double kImuGapSteps = 4;  // median steps without a sample that make a
 constexpr double kMaxImageRate_hz = 2000, kUsualImageRate_hz = 20;
 constexpr double kMaxImuRate_hz = 20000, kUsualImuRate_hz = 200;
 
-// The elements of a table as its rows hold them.
-template <typename Element>
-struct Rows {
-  std::string path;
-  TableText text;
-  std::vector<Element> elements;
-  std::vector<int> numbers;            // of the rows, for messages
-  std::vector<double> written_stamps;  // before they are rounded to nanoseconds
-
-  std::string Place(size_t index) const { return fmt::format("{}: row {}", path, numbers[index]); }
-};
-
 // A stamp in nanoseconds; nothing where there is none, or where differences would leave the range.
 std::optional<int64_t> ParseStamp(std::string_view text) {
   constexpr int64_t kMax_ns = int64_t{1} << 62;
@@ -98,7 +86,7 @@ std::vector<size_t> SortedOnce(const std::vector<Element>& elements) {
 // The elements with rising stamps. Few rows out of place are damaged, and dropped; many are those
 // of a table that nobody sorted. Both are counted.
 template <typename Element>
-std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
+std::vector<Element> Rising(const TableRows<Element>& rows, Warnings* warnings) {
   constexpr double kMaxDamagedShare = 0.2;
   constexpr size_t kMinUnsorted = 3;
   std::vector<int64_t> stamps_ns;
@@ -241,11 +229,11 @@ std::vector<size_t> LongestRising(const std::vector<int64_t>& stamps_ns) {
   return kept;
 }
 
-std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
-                                     std::vector<ClockJump>* jumps) {
+TableRows<ImageFile> ReadImageRows(const std::string& camera_folder, Warnings* warnings) {
   const fs::path folder(camera_folder);
   const std::string path = (folder / "data.csv").string();
-  Rows<ImageFile> rows{path, TableText(path, "stamp_ns, file"), {}, {}, {}};
+  TableRows<ImageFile> rows{path, TableText(path, "stamp_ns, file")};
+  std::vector<double> written_stamps;  // before they are rounded to nanoseconds
   std::optional<fs::path> base;
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
     const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
@@ -257,23 +245,27 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
     if (!base) base = FindBase(folder, fields, *stamp_ns);
     rows.elements.push_back({*stamp_ns, ImagePath(*base, fields, *stamp_ns)});
     rows.numbers.push_back(row);
-    rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
+    written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
     rows.text.AddRead(fields);
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImageRate_hz, kUsualImageRate_hz);
+  RequireNanoseconds(path, written_stamps, rows.text, kMaxImageRate_hz, kUsualImageRate_hz);
+  return rows;
+}
+
+std::vector<ImageFile> TakeImages(TableRows<ImageFile> rows, Warnings* warnings,
+                                  std::vector<ClockJump>* jumps) {
   const auto same = [](const ImageFile& a, const ImageFile& b) { return a.path == b.path; };
   const auto place = [&](size_t row) { return rows.Place(row); };
   if (jumps != nullptr) *jumps = RestoreClock(same, place, &rows.elements);
   return Rising(rows, warnings);
 }
 
-std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
-                                  std::vector<ClockJump>* jumps) {
+TableRows<ImuRow> ReadImuRows(const std::string& path, Warnings* warnings) {
   RequireGyroFirst(path);
-  Rows<ImuSample> rows{path, TableText(path, "stamp_ns, wx, wy, wz, ax, ay, az"), {}, {}, {}};
-  std::vector<ImuRow> read;
+  TableRows<ImuRow> rows{path, TableText(path, "stamp_ns, wx, wy, wz, ax, ay, az")};
+  std::vector<double> written_stamps;
   ForEachRow(path, [&](int number, const std::vector<std::string_view>& fields) {
     const std::optional<ImuRow> row = ParseImuRow(number, fields);
     if (!row) {
@@ -281,31 +273,48 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
       rows.text.AddUnreadable(number, fields);
       return;
     }
-    read.push_back(*row);
-    rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
+    rows.elements.push_back(*row);
+    rows.numbers.push_back(number);
+    written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
     rows.text.AddRead(fields);
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImuRate_hz, kUsualImuRate_hz);
-  for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings, jumps)) {
+  RequireNanoseconds(path, written_stamps, rows.text, kMaxImuRate_hz, kUsualImuRate_hz);
+  return rows;
+}
+
+std::vector<ImuSample> TakeSamples(TableRows<ImuRow> rows, Warnings* warnings,
+                                   std::vector<ClockJump>* jumps) {
+  TableRows<ImuSample> whole{rows.path, rows.text};
+  for (const ImuRow& row : JoinImuStreams(rows.path, std::move(rows.elements), warnings, jumps)) {
     if (row.angular_velocity_rad_s.allFinite() && row.specific_force_m_s2.allFinite()) {
-      rows.elements.push_back({row.stamp_ns, row.angular_velocity_rad_s, row.specific_force_m_s2});
-      rows.numbers.push_back(row.number);
+      whole.elements.push_back({row.stamp_ns, row.angular_velocity_rad_s, row.specific_force_m_s2});
+      whole.numbers.push_back(row.number);
     } else {
       warnings->Add(row.is_whole ? kRowNotFinite : kRowUnreadable,
-                    fmt::format("{}: row {}", path, row.number));
+                    fmt::format("{}: row {}", rows.path, row.number));
     }
   }
   const auto same = [](const ImuSample& a, const ImuSample& b) {
     return a.angular_velocity_rad_s == b.angular_velocity_rad_s &&
            a.specific_force_m_s2 == b.specific_force_m_s2;
   };
-  const auto place = [&](size_t row) { return rows.Place(row); };
-  if (jumps != nullptr && jumps->empty()) *jumps = RestoreClock(same, place, &rows.elements);
-  const std::vector<ImuSample> samples = Rising(rows, warnings);
-  CountGaps(path, samples, warnings);
+  const auto place = [&](size_t row) { return whole.Place(row); };
+  if (jumps != nullptr && jumps->empty()) *jumps = RestoreClock(same, place, &whole.elements);
+  const std::vector<ImuSample> samples = Rising(whole, warnings);
+  CountGaps(rows.path, samples, warnings);
   return samples;
+}
+
+std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
+                                     std::vector<ClockJump>* jumps) {
+  return TakeImages(ReadImageRows(camera_folder, warnings), warnings, jumps);
+}
+
+std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
+                                  std::vector<ClockJump>* jumps) {
+  return TakeSamples(ReadImuRows(path, warnings), warnings, jumps);
 }
 
 namespace {

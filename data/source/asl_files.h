@@ -2,6 +2,7 @@
 // a recorder is set to another time while it records.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 
 #include "data/core/error.h"
 #include "data/core/types.h"
+#include "data/io/csv.h"
 
 namespace slcmap::inline data {
 
@@ -127,22 +129,54 @@ struct ImageFile {
   std::string path;
 };
 
+// What the rows of a table hold, in their order.
+template <typename Element>
+struct TableRows {
+  std::string path;  // of the table, for messages
+  TableText text;
+  std::vector<Element> elements = {};
+  std::vector<int> numbers = {};  // of the rows, for messages
+
+  std::string Place(size_t index) const { return path + ": row " + std::to_string(numbers[index]); }
+};
+
+// A row of the IMU. What it does not hold, or not as a finite number, is NaN.
+struct ImuRow {
+  int64_t stamp_ns = 0;
+  int number = 0;         // in the file, from 1
+  bool is_whole = false;  // holds six numbers, some perhaps not finite
+  Eigen::Vector3d angular_velocity_rad_s;
+  Eigen::Vector3d specific_force_m_s2;
+};
+
 // Reads <camera_folder>/data.csv: "stamp_ns, file". The file is taken relative to data/, to the
 // camera's folder or to the folder above, whichever holds the first one; without that column it is
-// data/<stamp_ns>.png. Rows that cannot be read, and those outside the longest rising sequence of
-// stamps, are counted and dropped; a table with more than a fifth of its rows out of place is
-// sorted instead, and only its repeated stamps are dropped. Throws DataError when the file is
-// missing or no row is left, InputFault when the stamps seem to be in another unit than nanoseconds
-// or have lost digits, and when most rows cannot be read or have no stamp of their own. Where the
-// clock was set back, what follows is put on the clock before, and added to `jumps`, as are long
-// gaps; without `jumps` stamps stay as they are.
-std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
-                                     std::vector<ClockJump>* jumps = nullptr);
+// data/<stamp_ns>.png. Rows that cannot be read are counted. Throws DataError when the file is
+// missing, InputFault when the stamps seem to be in another unit than nanoseconds or have lost
+// digits, and when most rows cannot be read.
+TableRows<ImageFile> ReadImageRows(const std::string& camera_folder, Warnings* warnings);
 
 // Reads an ASL imu0/data.csv: "stamp_ns, wx, wy, wz, ax, ay, az" in rad/s and m/s^2; more columns
-// are ignored. Bad rows as above, also those that are not finite. Rows that hold one sensor only
-// are joined, and packets stamped on arrival evened out (JoinImuStreams). Gaps are counted. Throws
-// InputFault as above, and where the comment that heads the table says another order.
+// are ignored. Bad rows and InputFault as above, that also where the comment that heads the table
+// says another order.
+TableRows<ImuRow> ReadImuRows(const std::string& path, Warnings* warnings);
+
+// Rows outside the longest rising sequence of stamps are counted and dropped; a table with more
+// than a fifth of its rows out of place is sorted instead, and only its repeated stamps are
+// dropped. Where the clock was set back, what follows is put on the clock before, and added to
+// `jumps`, as are long gaps; without `jumps` stamps stay as they are. Throws InputFault where no
+// row is left, or most have no stamp of their own.
+std::vector<ImageFile> TakeImages(TableRows<ImageFile> rows, Warnings* warnings,
+                                  std::vector<ClockJump>* jumps = nullptr);
+
+// The same of the IMU. Rows that hold one sensor only are joined, and packets stamped on arrival
+// evened out (JoinImuStreams). Those that are not finite are dropped, gaps are counted.
+std::vector<ImuSample> TakeSamples(TableRows<ImuRow> rows, Warnings* warnings,
+                                   std::vector<ClockJump>* jumps = nullptr);
+
+// Both in one.
+std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
+                                     std::vector<ClockJump>* jumps = nullptr);
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
                                   std::vector<ClockJump>* jumps = nullptr);
 

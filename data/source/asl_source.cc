@@ -11,11 +11,12 @@
 #include "data/calibration/calibration.h"
 #include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
-#include "data/io/file.h"
 #include "data/io/image.h"
 
 namespace slcmap::inline data {
 namespace {
+
+namespace fs = std::filesystem;
 
 // A pair, or the file that spoiled it.
 struct Item {
@@ -31,13 +32,14 @@ Item ReadItem(const StereoEntry& entry, const Sequence& sequence, bool read_righ
   const auto size = [&](int camera) {
     return cv::Size(rig.cameras[camera].width_px, rig.cameras[camera].height_px);
   };
-  const ImageRead left = ReadGrayImage(entry.left_path, size(0), sequence.pixel_forms[0]);
+  const ImageRead left =
+      ReadGrayImage(*sequence.store, entry.left_path, size(0), sequence.pixel_forms[0]);
   item.image.left = left.image;
   item.problem = left.problem;
   item.path = entry.left_path;
   if (!read_right || entry.right_path.empty() || left.problem != nullptr) return item;
   const DeferredImageRead right =
-      ReadGrayImageDeferred(entry.right_path, size(1), sequence.pixel_forms[1]);
+      ReadGrayImageDeferred(*sequence.store, entry.right_path, size(1), sequence.pixel_forms[1]);
   item.image.decode_right = right.decode;
   item.problem = right.problem;
   item.path = entry.right_path;
@@ -121,28 +123,9 @@ StereoReader::~StereoReader() = default;
 std::optional<ReadPair> StereoReader::Next(int64_t from_ns) { return impl_->Next(from_ns); }
 const Warnings& StereoReader::warnings() const { return impl_->warnings(); }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-// By the bytes of the files; those of noisy images differ in size already.
-bool IsSameFile(const std::string& a, const std::string& b) {
-  std::error_code error;
-  if (fs::equivalent(a, b, error)) return true;
-  const auto size = fs::file_size(a, error);
-  if (error || size != fs::file_size(b, error) || error) return false;
-  try {
-    return ReadFile(a) == ReadFile(b);
-  } catch (const DataError&) {  // unreadable files are another finding
-    return false;
-  }
-}
-
-}  // namespace
-
 AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
     : sequence_(std::move(sequence)), options_(options), info_{sequence_.folder,
-                                                               "ASL folder",
+                                                               sequence_.form,
                                                                sequence_.rig,
                                                                sequence_.calibration_source,
                                                                sequence_.finds_carried,
@@ -177,15 +160,16 @@ cv::Size AslSource::GetSize(int camera) const {
 }
 
 ImageRead AslSource::ReadImage(size_t pair, int camera) const {
-  return ReadGrayImage(ImagePlace(pair, camera), GetSize(camera), sequence_.pixel_forms[camera]);
+  return ReadGrayImage(*sequence_.store, ImagePlace(pair, camera), GetSize(camera),
+                       sequence_.pixel_forms[camera]);
 }
 
 const char* AslSource::FindProblem(size_t pair, int camera) const {
-  return FindImageProblem(ImagePlace(pair, camera), GetSize(camera));
+  return sequence_.store->FindProblem(ImagePlace(pair, camera), GetSize(camera));
 }
 
 bool AslSource::IsRepeated(size_t pair, int camera) const {
-  return IsSameFile(ImagePlace(pair - 1, camera), ImagePlace(pair, camera));
+  return sequence_.store->IsSame(ImagePlace(pair - 1, camera), ImagePlace(pair, camera));
 }
 
 std::string AslSource::ImagePlace(size_t pair, int camera) const {
@@ -202,12 +186,13 @@ std::unique_ptr<SequenceSource> OpenSource(const std::string& path, const Sequen
 std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
                                           const std::string& calibration, bool read_right) {
   std::error_code error;
-  const std::string folder = FindAslFolder(path, false);
-  if (opened.cameras.empty() && fs::exists(folder + "/cam2", error)) {
-    throw DataError(folder +
+  const std::string place = LocateRecording(path, false);
+  if (opened.cameras.empty() && fs::exists(place + "/cam2", error)) {
+    throw DataError(place +
                     ": found more than two cameras, and a map by an earlier version that does not "
                     "tell which it is of; expected a map that does: make it again");
   }
+  if (!IsBagRecording(place)) opened.topics.clear();
   opened.needs_imu = false;
   opened.masks.clear();
   const bool has_calibration = fs::exists(calibration, error);

@@ -1,4 +1,4 @@
-// An EuRoC (ASL) or TUM VI folder as a source, whose images a thread reads ahead of their use.
+// A recording in a folder or a bag as a source, whose images a thread reads ahead of their use.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ class StereoReader {
   std::unique_ptr<Impl> impl_;
 };
 
-// An EuRoC (ASL) or TUM VI folder as a source.
+// A sequence as a source.
 
 class AslSource : public SequenceSource {
  public:

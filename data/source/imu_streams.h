@@ -2,7 +2,6 @@
 // which gyroscope and accelerometer are streams of their own.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 #include <optional>
@@ -52,15 +51,6 @@ inline constexpr const char* kImuJoined = "imu_streams_joined";
 inline constexpr const char* kImuRepeated = "imu_samples_repeated";
 inline constexpr const char* kImuOnArrival = "imu_stamped_on_arrival";
 inline constexpr const char* kImuStampsShared = "imu_stamps_shared";
-
-// A row with a stamp. What it does not hold, or not as a finite number, is NaN.
-struct ImuRow {
-  int64_t stamp_ns = 0;
-  int number = 0;         // in the file, from 1
-  bool is_whole = false;  // holds six numbers, some perhaps not finite
-  Eigen::Vector3d angular_velocity_rad_s;
-  Eigen::Vector3d specific_force_m_s2;
-};
 
 // Whether the table is one of streams: rows that lack a half, as it is blank or NaN, as forces of
 // exactly zero stand among others, or as a half is repeated at a steady rate until the next is

@@ -17,17 +17,25 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/source/asl_files.h"
+#include "data/source/recording_tables.h"
 
 namespace slcmap::inline data {
 namespace {
 
 namespace fs = std::filesystem;
 
+// Of one camera, the second is taken to be the next.
+int CameraNumber(const Sequence& sequence, size_t camera) {
+  const std::vector<int>& cameras = sequence.cameras;
+  if (camera < cameras.size()) return cameras[camera];
+  return static_cast<int>(camera) + (cameras.empty() ? 0 : cameras[0]);
+}
+
 std::string CameraFolder(const Sequence& sequence, size_t camera) {
   return sequence.CameraNames()[camera];
 }
 
-void RequireOverlap(const Sequence& sequence) {
+void RequireOverlap(const RecordingTables& recording, const Sequence& sequence) {
   const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
   const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
   const int64_t last_image_ns = sequence.images.back().stamp_ns + offset_ns;
@@ -40,9 +48,8 @@ void RequireOverlap(const Sequence& sequence) {
                   "s, expected them to overlap (are both in nanoseconds of one clock?)",
                   sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns),
                   ToSeconds(first_imu_ns), ToSeconds(last_imu_ns)),
-      fmt::format("write the stamps of {0}/{1}/data.csv and {0}/imu0/data.csv in nanoseconds of "
-                  "one clock",
-                  sequence.folder, CameraFolder(sequence, 0)));
+      fmt::format("write the stamps of {} and {} in nanoseconds of one clock",
+                  recording.NameTable(CameraFolder(sequence, 0)), recording.NameTable("imu0")));
 }
 
 // The tables of a recording as they are read.
@@ -109,30 +116,31 @@ void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
 
 // By how much images jump is told by the samples, also where those are not asked for, or it would
 // be another jump than with them. Leaves both empty where there is no table that can be read.
-void ReadClockOfImu(const std::string& path, std::vector<ImuSample>* imu,
+void ReadClockOfImu(const RecordingTables& recording, std::vector<ImuSample>* imu,
                     std::vector<ClockJump>* jumps) {
   Warnings ignored;
   try {
-    *imu = ReadAslImu(path, &ignored, jumps);
+    *imu = TakeSamples(recording.ReadImu(&ignored), &ignored, jumps);
   } catch (const DataError&) {
     jumps->clear();
   }
 }
 
-Tables ReadTables(const SequenceOptions& options, Sequence* sequence) {
-  const fs::path folder(sequence->folder);
+Tables ReadTables(const RecordingTables& recording, const SequenceOptions& options,
+                  Sequence* sequence) {
   Warnings* warnings = &sequence->warnings;
   Tables tables;
   std::vector<ClockJump> left, right, imu;
-  tables.left = ReadAslImages((folder / CameraFolder(*sequence, 0)).string(), warnings, &left);
+  tables.left =
+      TakeImages(recording.ReadImages(CameraNumber(*sequence, 0), warnings), warnings, &left);
   if (IsStereo(sequence->rig)) {
-    tables.right = ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), warnings, &right);
+    tables.right =
+        TakeImages(recording.ReadImages(CameraNumber(*sequence, 1), warnings), warnings, &right);
   }
-  const std::string imu_path = (folder / "imu0" / "data.csv").string();
   if (options.needs_imu) {
-    tables.imu = ReadAslImu(imu_path, warnings, &imu);
+    tables.imu = TakeSamples(recording.ReadImu(warnings), warnings, &imu);
   } else if (!left.empty() || !right.empty()) {
-    ReadClockOfImu(imu_path, &tables.imu, &imu);
+    ReadClockOfImu(recording, &tables.imu, &imu);
   }
   JoinClocks(left, right, imu, &tables, warnings);
   if (!options.needs_imu) tables.imu.clear();
@@ -194,7 +202,8 @@ void TakeLater(double later_s, std::vector<ImageFile>* right, Sequence* sequence
 }
 
 // The images that sequence->rig has cameras for.
-std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables& tables,
+std::vector<StereoEntry> PairTables(const RecordingTables& recording,
+                                    const SequenceOptions& options, const Tables& tables,
                                     Sequence* sequence) {
   const std::vector<ImageFile>& left = tables.left;
   std::vector<StereoEntry> images;
@@ -219,35 +228,34 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
                     options.max_stereo_offset_s, left.size(), right.size()),
         !remedy.empty()
             ? remedy
-            : fmt::format("trigger both cameras together, and write the stamps of "
-                          "{0}/{1}/data.csv and {0}/{2}/data.csv in nanoseconds of one clock",
-                          sequence->folder, CameraFolder(*sequence, 0),
-                          CameraFolder(*sequence, 1)));
+            : fmt::format("trigger both cameras together, and write the stamps of {} and {} in "
+                          "nanoseconds of one clock",
+                          recording.NameTable(CameraFolder(*sequence, 0)),
+                          recording.NameTable(CameraFolder(*sequence, 1))));
   }
   return images;
 }
 
-bool IsRecorded(const std::string& folder, int camera) {
-  std::error_code error;
-  return fs::is_directory(fs::path(folder) / fmt::format("cam{}", camera), error);
+bool IsRecorded(const RecordingTables& recording, int camera) {
+  return std::ranges::count(recording.cameras(), camera) > 0;
 }
 
-Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
+Calibration LoadCalibration(const RecordingTables& recording, const SequenceOptions& options,
                             const std::vector<int>& cameras, Warnings* warnings) {
-  return options.calibration.empty()
-             ? FindCalibration(folder, warnings, options.mirrored, cameras)
+  // What files tell of a bag's rig may be a part, which goes before what the bag has.
+  const bool is_part = !recording.topics().empty() && TellsParts(options.calibration);
+  return options.calibration.empty() || is_part
+             ? recording.FindCalibration(options, cameras, warnings)
              : ReadCalibration(options.calibration, warnings, options.mirrored, cameras);
 }
 
 // The best of the cameras that were recorded, of a calibration that has others too.
-std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions& options) {
-  constexpr int kMaxIndex = 9;
+std::vector<int> ChooseRecorded(const RecordingTables& recording, const SequenceOptions& options) {
   std::vector<ChainCamera> chain;
-  for (int i = 0; i <= kMaxIndex; ++i) {
-    if (!IsRecorded(folder, i)) continue;
+  for (const int i : recording.cameras()) {
     Warnings ignored;  // come with those that are chosen
     try {
-      const Rig rig = LoadCalibration(folder, options, {i}, &ignored).rig;
+      const Rig rig = LoadCalibration(recording, options, {i}, &ignored).rig;
       chain.push_back({i, rig.cameras[0], rig.T_imu_camera[0], std::nullopt, ""});
     } catch (const InputFault&) {
       continue;  // recorded, but not calibrated
@@ -258,21 +266,22 @@ std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions
   return chosen;
 }
 
-Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
+Calibration LoadCalibration(const RecordingTables& recording, const SequenceOptions& options,
                             Warnings* warnings) {
   Warnings of_reading;
-  Calibration calibration = LoadCalibration(folder, options, options.cameras, &of_reading);
+  Calibration calibration = LoadCalibration(recording, options, options.cameras, &of_reading);
   const auto missing = std::ranges::find_if(
-      calibration.cameras, [&](int camera) { return !IsRecorded(folder, camera); });
+      calibration.cameras, [&](int camera) { return !IsRecorded(recording, camera); });
   if (missing != calibration.cameras.end() && !options.cameras.empty()) {
-    throw InputFault("cameras", fmt::format("--cameras: found no cam{} in {}", *missing, folder),
+    throw InputFault("cameras",
+                     fmt::format("--cameras: found no cam{} in {}", *missing, recording.place()),
                      "name cameras that the recording has");
   }
   if (missing != calibration.cameras.end()) {
-    const std::vector<int> recorded = ChooseRecorded(folder, options);
+    const std::vector<int> recorded = ChooseRecorded(recording, options);
     // Else a stereo rig of which one camera was recorded.
     if (recorded != std::vector{0} || calibration.cameras.front() != 0) {
-      return LoadCalibration(folder, options, recorded, warnings);
+      return LoadCalibration(recording, options, recorded, warnings);
     }
   }
   warnings->Merge(of_reading);
@@ -304,33 +313,8 @@ std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry
 }  // namespace
 
 std::array<std::string, 2> Sequence::CameraNames() const {
-  const int left = cameras.empty() ? 0 : cameras[0];
-  return {fmt::format("cam{}", left),
-          fmt::format("cam{}", cameras.size() < 2 ? left + 1 : cameras[1])};
-}
-
-std::string FindAslFolder(const std::string& path, bool needs_imu) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) {
-    throw InputFault("unreadable",
-                     path + ": found no such folder, expected an EuRoC (ASL) or TUM VI sequence",
-                     "name the folder that holds mav0, or mav0 itself");
-  }
-  for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
-    if (!fs::is_directory(folder / "cam0", error)) continue;
-    if (needs_imu && !fs::is_directory(folder / "imu0", error)) {
-      throw InputFault("unreadable",
-                       folder.string() + ": found no imu0, expected cam0, cam1 and imu0",
-                       "write the IMU's samples as " + (folder / "imu0" / "data.csv").string());
-    }
-    return folder.string();
-  }
-  throw InputFault("unreadable",
-                   path +
-                       ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
-                       "sequence",
-                   "lay the sequence out as EuRoC does: mav0/cam0, cam1, imu0, each with data.csv "
-                   "and sensor.yaml");
+  return {fmt::format("cam{}", CameraNumber(*this, 0)),
+          fmt::format("cam{}", CameraNumber(*this, 1))};
 }
 
 std::string FindTruth(const std::string& asl_folder) {
@@ -403,10 +387,12 @@ void CheckPairing(const SequenceOptions& options) {
 
 Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   CheckPairing(options);
+  const auto recording = OpenTables(path, options);
   Sequence sequence;
-  sequence.folder = FindAslFolder(path, options.needs_imu);
-  const fs::path folder(sequence.folder);
-  const Calibration calibration = LoadCalibration(sequence.folder, options, &sequence.warnings);
+  sequence.folder = recording->place();
+  sequence.form = recording->form();
+  sequence.store = recording->images();
+  const Calibration calibration = LoadCalibration(*recording, options, &sequence.warnings);
   if (options.needs_imu && !calibration.without_noise.empty()) {
     sequence.warnings.Add(kImuNoiseAssumed, calibration.without_noise);
   }
@@ -414,21 +400,22 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   sequence.calibration_source = calibration.source;
   sequence.cameras = calibration.cameras;
   sequence.finds_carried = options.masks.empty();
-  std::error_code error;
-  if (IsStereo(sequence.rig) && !fs::is_directory(folder / CameraFolder(sequence, 1), error)) {
+  if (IsStereo(sequence.rig) && !IsRecorded(*recording, CameraNumber(sequence, 1))) {
     sequence.rig.cameras[1] = Camera();
   }
   ReadMasks(options.masks, &sequence.rig);
-  Tables tables = ReadTables(options, &sequence);
-  sequence.images = PairTables(options, tables, &sequence);
+  Tables tables = ReadTables(*recording, options, &sequence);
+  sequence.images = PairTables(*recording, options, tables, &sequence);
   if (!options.pieces.empty()) sequence.images = PairedAnew(options.pieces, sequence.images);
   sequence.imu = std::move(tables.imu);
-  if (options.needs_imu) RequireOverlap(sequence);
+  if (options.needs_imu) RequireOverlap(*recording, sequence);
   Correct(sequence.rig.imu_correction, &sequence.imu);
-  sequence.pixel_forms = FindPixelForms(ImagePaths(sequence.images), &sequence.warnings);
+  sequence.pixel_forms =
+      FindPixelForms(*sequence.store, ImagePaths(sequence.images), &sequence.warnings);
   sequence.truth_path = FindTruth(sequence.folder);
   sequence.opened = WithWholePaths(options);
   sequence.opened.cameras = sequence.cameras;
+  sequence.opened.topics = recording->topics();
   return sequence;
 }
 
@@ -451,16 +438,20 @@ void SequencePart::Check() const {
   CheckTime("--duration", duration_s);
 }
 
+PartSpan SequencePart::SpanFrom(int64_t first_ns) const {
+  const double to_s = duration_s == 0 ? 2 * kMaxTime_s : from_s + duration_s;
+  return {first_ns + ToNanoseconds(from_s - kImageRounding_s),
+          first_ns + ToNanoseconds(to_s + kImageRounding_s)};
+}
+
 void KeepPart(const SequencePart& part, Sequence* sequence) {
   part.Check();
   if (part.from_s == 0 && part.duration_s == 0) return;
   const int64_t start_ns = sequence->images.front().stamp_ns;
-  const int64_t from_ns = start_ns + ToNanoseconds(part.from_s - kImageRounding_s);
-  const double to_s = part.duration_s == 0 ? 2 * kMaxTime_s : part.from_s + part.duration_s;
-  const int64_t to_ns = start_ns + ToNanoseconds(to_s + kImageRounding_s);
+  const PartSpan span = part.SpanFrom(start_ns);
   const double length_s = ToSeconds(sequence->images.back().stamp_ns - start_ns);
   std::erase_if(sequence->images, [&](const StereoEntry& image) {
-    return image.stamp_ns < from_ns || image.stamp_ns > to_ns;
+    return image.stamp_ns < span.from_ns || image.stamp_ns > span.to_ns;
   });
   if (sequence->images.empty()) {
     throw ConfigError(

@@ -1,5 +1,5 @@
-// A recorded sequence on disk, or a part of it by time: which images and samples there are, and the
-// rig that made them.
+// A recorded sequence in a folder or a bag, or a part of it by time: which images and samples there
+// are, and the rig that made them.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 #include "data/io/image.h"
+#include "data/io/image_store.h"
 #include "data/source/sequence_source.h"
 
 namespace slcmap::inline data {
@@ -16,13 +17,15 @@ namespace slcmap::inline data {
 struct ImageFile;
 
 struct Sequence {
-  std::string folder;  // the one that holds cam0, cam1 and imu0
+  std::string folder;  // the one that holds cam0, cam1 and imu0; or the bag
   std::vector<StereoEntry> images;
-  std::array<PixelForm, 2> pixel_forms;  // of the left and the right images
-  std::vector<ImuSample> imu;            // as the files have it, with rig.imu_correction applied
+  SharedImageStore store = FileImages();  // that has them
+  std::array<PixelForm, 2> pixel_forms;   // of the left and the right images
+  std::vector<ImuSample> imu;             // as the files have it, with rig.imu_correction applied
   Rig rig;
   std::string calibration_source;
-  std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1
+  std::string form = "ASL folder";
+  std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1, those of a bag too
   bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
   std::string truth_path;     // true poses, "" where there are none
   SequenceOptions opened;     // that open it so again: with its cameras, and whole paths
@@ -32,15 +35,33 @@ struct Sequence {
   std::array<std::string, 2> CameraNames() const;
 };
 
-// Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.
-// Without cam1 the rig has one camera (IsStereo is false), as it has without a calibration for
-// cam1. Rows that cannot be used are counted in Sequence::warnings. Throws DataError when a part is
-// missing, no pair is left, the calibration is absurd, or IMU and images do not overlap in time.
+// Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it;
+// or a bag (ROS 1, rosbag2 or MCAP), of which messages are read when they are asked for. Without
+// cam1 the rig has one camera (IsStereo is false), as it has without a calibration for cam1. Rows
+// that cannot be used are counted in Sequence::warnings. Throws DataError when a part is missing,
+// no pair is left, the calibration is absurd, or IMU and images do not overlap in time.
 Sequence OpenSequence(const std::string& path, const SequenceOptions& options = {});
 
-// The folder with cam0, imu0 and, of two cameras, cam1 for a path as OpenSequence takes it; throws
-// DataError.
-std::string FindAslFolder(const std::string& path, bool needs_imu = true);
+// The folder with cam0, imu0 and, of two cameras, cam1 for a path as OpenSequence takes it, or the
+// bag; throws DataError.
+std::string LocateRecording(const std::string& path, bool needs_imu = true);
+
+// Whether a path is that of a recording in a bag: a file, or a folder without cam0.
+bool IsBagRecording(const std::string& path);
+
+// A topic of a bag.
+struct RecordedTopic {
+  std::string name, type;
+  int64_t messages = -1;  // -1: not known
+  std::string taken_as;   // such as "left images"; "" where it is not
+};
+
+// Those of a recording in a bag, as it would be opened; none of another. Throws DataError for a bag
+// that cannot be opened, ConfigError as ParseTopics and ChooseTopics (data/bag/topics.h) do.
+std::vector<RecordedTopic> ListRecordedTopics(const std::string& path, const std::string& said);
+
+// The images of what LocateRecording gives; of a bag as `opened` has it.
+SharedImageStore OpenImageStore(const std::string& place, const SequenceOptions& opened);
 
 // The file of true poses in that folder (EuRoC's state_groundtruth_estimate0, TUM VI's mocap0); ""
 // where there is none.
@@ -59,12 +80,18 @@ std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
 // Throws ConfigError where a tolerance or an offset cannot be.
 void CheckPairing(const SequenceOptions& options);
 
+struct PartSpan {
+  int64_t from_ns = 0, to_ns = 0;  // of the first and the last image
+};
+
 // Seconds from the first image.
 struct SequencePart {
   double from_s = 0;
   double duration_s = 0;  // 0: to the end
   // Throws ConfigError, naming --from or --duration, for a time that cannot be.
   void Check() const;
+  // Where the first image has this stamp.
+  PartSpan SpanFrom(int64_t first_ns) const;
 };
 
 // Drops the images of other times, and the IMU samples further than a second from those that stay.

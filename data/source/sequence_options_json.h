@@ -22,6 +22,7 @@ inline Json OpenedJson(const SequenceOptions& opened) {
                {"pair_tolerance_s", opened.max_stereo_offset_s},
                {"right_offset_s", opened.right_offset_s}};
   if (!pieces.empty()) json["pieces"] = pieces;
+  if (!opened.topics.empty()) json["topics"] = opened.topics;
   return json;
 }
 
@@ -35,6 +36,7 @@ inline SequenceOptions ParseOpened(const Json& holder) {
   opened.masks = json.at("masks").get<std::vector<std::string>>();
   opened.max_stereo_offset_s = json.at("pair_tolerance_s").get<double>();
   opened.right_offset_s = json.at("right_offset_s").get<double>();
+  opened.topics = json.value("topics", "");
   for (const Json& piece : json.value("pieces", Json::array())) {
     opened.pieces.push_back({piece.at("from_ns").get<int64_t>(), piece.at("to_ns").get<int64_t>(),
                              piece.at("later").get<int>(), piece.at("late").get<int>(),

@@ -17,7 +17,7 @@
 
 namespace slcmap::inline data {
 
-// The files of a pair.
+// The images of a pair, by the paths that the recording's ImageStore has them under.
 struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image
   std::string left_path;
@@ -41,6 +41,7 @@ struct SequenceOptions {
   std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
   std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
+  std::string topics = {};  // of a bag, as data/bag/topics.h parses them; "": by types and names
 };
 
 // A pair whose right image is still encoded: decoding takes longer than tracking, and odometry

@@ -32,14 +32,22 @@ struct ViewFiles {
   std::string left_path, right_path;
 };
 
+// Where the images of a run are.
+struct RunImages {
+  std::string place;  // folder or bag
+  SharedImageStore store;
+};
+
 class RecordedImageReader : public ViewImages {
  public:
   RecordedImageReader(const Rig& raw_rig, const RectifierOptions& options,
-                      const std::array<PixelForm, 2>& forms, std::vector<ViewFiles> files,
-                      SharedImageCache cache, std::shared_ptr<LostImages> lost)
+                      const std::array<PixelForm, 2>& forms, SharedImageStore store,
+                      std::vector<ViewFiles> files, SharedImageCache cache,
+                      std::shared_ptr<LostImages> lost)
       : raw_rig_(raw_rig),
         rectifier_(raw_rig, options),
         forms_(forms),
+        store_(std::move(store)),
         files_(std::move(files)),
         cache_(std::move(cache)),
         lost_(std::move(lost)) {}
@@ -59,7 +67,8 @@ class RecordedImageReader : public ViewImages {
   cv::Mat ReadRectified(const std::string& path, int camera) const {
     const Camera& raw = raw_rig_.cameras[camera];
     const cv::Size size(raw.width_px, raw.height_px);
-    const cv::Mat image = path.empty() ? cv::Mat() : cache_->Read(path, size, forms_[camera]);
+    const cv::Mat image =
+        path.empty() ? cv::Mat() : cache_->Read(*store_, path, size, forms_[camera]);
     if (!image.empty()) return rectifier_.Rectify(image, camera);
     lost_->Add(path.empty() ? "an image that the run does not name" : path);
     return {};
@@ -68,6 +77,7 @@ class RecordedImageReader : public ViewImages {
   const Rig raw_rig_;
   const Rectifier rectifier_;
   const std::array<PixelForm, 2> forms_;
+  const SharedImageStore store_;
   const std::vector<ViewFiles> files_;
   const SharedImageCache cache_;
   const std::shared_ptr<LostImages> lost_;
@@ -92,63 +102,63 @@ Rig CamerasAsFound(const OdometryRun& run) {
   return CalibratedRig(run.source->raw_rig, run.rectified_rig, cameras);
 }
 
-// Where a file of the recording is; runs name them relative to the recording's folder.
-std::string MakePath(const std::string& file, const std::string& folder) {
-  return file.empty() ? "" : (fs::path(folder) / file).string();
+// Where a file of the recording is; runs name them relative to the recording.
+std::string MakePath(const std::string& file, const std::string& place) {
+  return file.empty() ? "" : (fs::path(place) / file).string();
 }
 
-bool IsThere(const ViewFiles& files) {
-  std::error_code error;
-  return fs::is_regular_file(files.left_path, error);
-}
-
-void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
-  if (std::any_of(files.begin(), files.end(), IsThere)) return;
+void RequireSomeFile(const RunImages& recorded, const std::vector<ViewFiles>& files) {
+  if (std::ranges::any_of(
+          files, [&](const ViewFiles& each) { return recorded.store->Has(each.left_path); })) {
+    return;
+  }
   throw DataError(fmt::format(
       "{}: found none of the {} images of the run's keyframes, such as {}, expected the recording "
       "where it was (--sequence names where it moved to, --sparse maps without images)",
-      folder, files.size(), files.empty() ? "" : files.front().left_path));
+      recorded.place, files.size(), files.empty() ? "" : files.front().left_path));
 }
 
-// The folder of a run's recording.
-std::string FindRecording(const OdometryRun& run, const std::string& sequence) {
+RunImages FindRecording(const OdometryRun& run, const std::string& sequence) {
   if (!run.source) {
     throw DataError(
         "run: found nothing about where its images are, expected a run of a recording "
         "(--sparse maps without images)");
   }
   RequireStereo(run.source->sequence, run.source->raw_rig);
-  return sequence.empty() ? run.source->sequence : FindAslFolder(sequence, false);
+  const std::string place =
+      sequence.empty() ? run.source->sequence : LocateRecording(sequence, false);
+  return {place, OpenImageStore(place, run.source->opened)};
 }
 
-std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& folder) {
+std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& place) {
   std::map<int64_t, ViewFiles> files_at;
   for (const StereoEntry& images : run.source->images) {
-    files_at[images.stamp_ns] = {MakePath(images.left_path, folder),
-                                 MakePath(images.right_path, folder)};
+    files_at[images.stamp_ns] = {MakePath(images.left_path, place),
+                                 MakePath(images.right_path, place)};
   }
   return files_at;
 }
 
-std::array<PixelForm, 2> ReadPixelForms(const std::map<int64_t, ViewFiles>& files_at,
+std::array<PixelForm, 2> ReadPixelForms(const RunImages& recorded,
+                                        const std::map<int64_t, ViewFiles>& files_at,
                                         ImageCache* cache) {
   std::array<std::vector<std::string>, 2> paths;
   for (const auto& [stamp_ns, files] : files_at) {
     paths[0].push_back(files.left_path);
     if (!files.right_path.empty()) paths[1].push_back(files.right_path);
   }
-  return cache->FindForms(paths);
+  return cache->FindForms(*recorded.store, paths);
 }
 
 // Of the keyframes in their order; some are there.
-std::vector<ViewFiles> KeyframeFiles(const OdometryRun& run, const std::string& folder,
+std::vector<ViewFiles> KeyframeFiles(const OdometryRun& run, const RunImages& recorded,
                                      const std::map<int64_t, ViewFiles>& files_at) {
   std::vector<ViewFiles> files;
   for (const Keyframe& keyframe : run.keyframes) {
     const auto at = files_at.find(keyframe.stamp_ns);
     files.push_back(at == files_at.end() ? ViewFiles() : at->second);
   }
-  RequireSomeFile(folder, files);
+  RequireSomeFile(recorded, files);
   return files;
 }
 
@@ -299,13 +309,14 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
 
 }  // namespace
 
-cv::Mat ImageCache::Read(const std::string& path, const cv::Size& size, const PixelForm& form) {
+cv::Mat ImageCache::Read(const ImageStore& images, const std::string& path, const cv::Size& size,
+                         const PixelForm& form) {
   constexpr size_t kMostBytes = size_t{1} << 30;
   {
     const std::lock_guard lock(mutex_);
     if (const auto known = kept_.find(path); known != kept_.end()) return known->second;
   }
-  const cv::Mat image = ReadGrayImage(path, size, form).image;
+  const cv::Mat image = ReadGrayImage(images, path, size, form).image;
   const size_t bytes = image.total();
   const std::lock_guard lock(mutex_);
   if (bytes > 0 && kept_bytes_ + bytes <= kMostBytes && kept_.try_emplace(path, image).second) {
@@ -315,9 +326,9 @@ cv::Mat ImageCache::Read(const std::string& path, const cv::Size& size, const Pi
 }
 
 std::array<PixelForm, 2> ImageCache::FindForms(
-    const std::array<std::vector<std::string>, 2>& paths) {
+    const ImageStore& images, const std::array<std::vector<std::string>, 2>& paths) {
   const std::lock_guard lock(mutex_);
-  if (!forms_) forms_ = FindPixelForms(paths);
+  if (!forms_) forms_ = FindPixelForms(images, paths);
   return *forms_;
 }
 
@@ -334,11 +345,12 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence,
                                            const SharedImageCache& cache) {
-  const std::string folder = FindRecording(run, sequence);
-  const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
+  const RunImages recorded = FindRecording(run, sequence);
+  const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, recorded.place);
   return std::make_unique<RecordedImageReader>(
-      CamerasAsFound(run), RectifierOptions(), ReadPixelForms(files_at, cache.get()),
-      KeyframeFiles(run, folder, files_at), cache, std::make_shared<LostImages>());
+      CamerasAsFound(run), RectifierOptions(), ReadPixelForms(recorded, files_at, cache.get()),
+      recorded.store, KeyframeFiles(run, recorded, files_at), cache,
+      std::make_shared<LostImages>());
 }
 
 std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
@@ -348,20 +360,18 @@ std::unique_ptr<ViewImages> OpenImages(const Sequence& recording,
     files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
   }
   return std::make_unique<RecordedImageReader>(
-      recording.rig, RectifierOptions(), recording.pixel_forms, std::move(files),
+      recording.rig, RectifierOptions(), recording.pixel_forms, recording.store, std::move(files),
       std::make_shared<ImageCache>(), std::make_shared<LostImages>());
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
-  const fs::path folder = fs::weakly_canonical(FindRecording(run, sequence));
-  std::string states = folder.string() + '\n';
+  const RunImages recorded = FindRecording(run, sequence);
+  const std::string place = fs::weakly_canonical(recorded.place).string();
+  std::string states = place + '\n';
   for (const StereoEntry& images : run.source->images) {
     for (const std::string& file : {images.left_path, images.right_path}) {
       if (file.empty()) continue;  // of a pair whose right image is not used
-      std::error_code error;
-      const auto bytes = fs::file_size(folder / file, error);
-      const auto changed = fs::last_write_time(folder / file, error).time_since_epoch().count();
-      states += fmt::format("{} {} {}\n", file, bytes, error ? 0 : changed);
+      states += fmt::format("{} {}\n", file, recorded.store->State(MakePath(file, place)));
     }
   }
   return states;
@@ -369,22 +379,22 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
 
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
                          const SharedImageCache& cache) {
-  const std::string folder = FindRecording(run, sequence);
-  std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
+  const RunImages from = FindRecording(run, sequence);
+  std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, from.place);
   RecordedViews recorded;
   for (const Keyframe& keyframe : run.keyframes) {
     recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
   }
-  std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
+  std::vector<ViewFiles> files = KeyframeFiles(run, from, files_at);
   const Rig rig = CamerasAsFound(run);
-  const std::array<PixelForm, 2> forms = ReadPixelForms(files_at, cache.get());
+  const std::array<PixelForm, 2> forms = ReadPixelForms(from, files_at, cache.get());
   const auto lost = std::make_shared<LostImages>();
-  recorded.images = std::make_unique<RecordedImageReader>(rig, RectifierOptions(), forms,
-                                                          std::move(files), cache, lost);
+  recorded.images = std::make_unique<RecordedImageReader>(
+      rig, RectifierOptions(), forms, from.store, std::move(files), cache, lost);
   std::vector<ViewFiles> frame_files;
   for (const View& frame : FramesOfRun(run)) {
     const ViewFiles& pair = files_at[frame.stamp_ns];
-    if (!IsThere(pair)) {
+    if (!from.store->Has(pair.left_path)) {
       lost->Add(pair.left_path);
       continue;
     }
@@ -392,7 +402,7 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
     frame_files.push_back(pair);
   }
   recorded.frame_images = std::make_unique<RecordedImageReader>(
-      rig, RectifierOptions{.scale = 1}, forms, std::move(frame_files), cache, lost);
+      rig, RectifierOptions{.scale = 1}, forms, from.store, std::move(frame_files), cache, lost);
   recorded.lost = lost;
   return recorded;
 }

@@ -27,10 +27,12 @@ namespace slcmap::inline mapping {
 class ImageCache {
  public:
   // Empty where it cannot be read. Must not be written to.
-  cv::Mat Read(const std::string& path, const cv::Size& size, const PixelForm& form);
+  cv::Mat Read(const ImageStore& images, const std::string& path, const cv::Size& size,
+               const PixelForm& form);
 
   // Of both cameras, from a sample of the images: FindPixelForms().
-  std::array<PixelForm, 2> FindForms(const std::array<std::vector<std::string>, 2>& paths);
+  std::array<PixelForm, 2> FindForms(const ImageStore& images,
+                                     const std::array<std::vector<std::string>, 2>& paths);
 
  private:
   std::mutex mutex_;
@@ -53,10 +55,10 @@ struct RecordedViews {
   std::shared_ptr<const LostImages> lost;
 };
 
-// The keyframes of a run with their images, in the recording's folder or, where that has moved to
-// another one, in `sequence` (not empty). Images are rectified with what the run found of the
+// The keyframes of a run with their images, in the recording where it was or, where that has moved,
+// in `sequence` (not empty): a folder or a bag. Images are rectified with what the run found of the
 // cameras' calibration. Throws DataError when the run does not say where its images are, is of one
-// camera, or when none of the files is there; keyframes without files are views without images.
+// camera, or when none of these is there; keyframes without images are views without.
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
                          const SharedImageCache& cache = std::make_shared<ImageCache>());
 
@@ -73,7 +75,7 @@ std::unique_ptr<ViewImages> KeyframeImages(
 // The images of some pairs of a recording, in their order, rectified with its calibration.
 std::unique_ptr<ViewImages> OpenImages(const Sequence& recording, const std::vector<size_t>& pairs);
 
-// What tells images that were changed since from those that were there, in the folder that
+// What tells images that were changed since from those that were there, in the recording that
 // ViewsOfRun() reads: their paths, sizes and times of their last change.
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence);
 
@@ -85,8 +87,8 @@ struct KeyframeSelection {
   double max_stamp_offset_s = 0.005;  // to a pose that is taken as it is: none on both sides
 };
 
-// The run of an odometry that was done by somebody else: a state at each image of a recording (an
-// ASL folder; IMU data are not needed) that the trajectory covers, and keyframes among them without
+// The run of an odometry that was done by somebody else: a state at each image of a recording
+// (IMU data are not needed) that the trajectory covers, and keyframes among them without
 // observations; its method is kExternalPoses (odometry/run/run.h), and its id is a checksum of the
 // poses and of the images' names. It is partial where the poses jump. Throws DataError when the
 // recording cannot be used, or no pose is at an image.
