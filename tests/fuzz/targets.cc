@@ -144,7 +144,7 @@ Inputs Images() {
 }
 
 void ReadDeferred(const std::string& path) {
-  const DeferredImageRead read = ReadGrayImageDeferred(path, {16, 12});
+  const DeferredImageRead read = ReadGrayImageDeferred(*FileImages(), path, {16, 12});
   if (read.decode) read.decode();
 }
 

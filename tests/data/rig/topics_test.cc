@@ -102,6 +102,13 @@ TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
   }
 }
 
+TEST(ParseTopics, ReadsWhatTopicsTextWrites) {
+  for (const char* text : {"left=/a,right=/b,imu=/c", "left=/a,imu=/c", "left=/a,gyro=/c,accel=/d",
+                           "left=/a,right=/b"}) {
+    EXPECT_EQ(TopicsText(ParseTopics(text)), text);
+  }
+}
+
 // A recording of a rig and what is to be chosen of it.
 struct ProfileCase {
   const char* profile;
