@@ -175,7 +175,8 @@ void ReadPlanEntries(YamlSection* root, const fs::path& folder, Site* site, Faul
 void CheckRecording(const SiteRecording& recording, Faults* faults) {
   try {
     Warnings ignored;
-    const std::string folder = FindAslFolder(recording.path);
+    const std::string folder = LocateRecording(recording.path);
+    if (IsBagRecording(recording.path)) return;  // may bring its own, which its job reads
     if (recording.calibration.empty()) {
       FindCalibration(folder, &ignored, Mirrored::kRefused, recording.cameras);
     } else {

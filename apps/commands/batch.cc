@@ -62,7 +62,7 @@ void CheckSiteFolder(const std::string& folder, const std::string& file, const S
 
 // Calibrations lie in these beside a recording: sensor.yaml files are in SequenceId.
 std::string ChecksumOfCalibrations(const SiteRecording& recording) {
-  const fs::path asl = FindAslFolder(recording.path);
+  const fs::path asl = LocateRecording(recording.path);
   std::vector<fs::path> folders = {asl, asl.parent_path(), asl.parent_path() / "dso"};
   if (!recording.calibration.empty()) folders = {recording.calibration};
   std::vector<std::string> files;
