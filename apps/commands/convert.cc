@@ -1,4 +1,4 @@
-// slcmap convert: a recording written anew, as an EuRoC (ASL) folder or as a bag.
+// slcmap convert: a recording or a video written anew, as an EuRoC (ASL) folder or as a bag.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
 #include "data/source/convert_recording.h"
+#include "data/video/unpack_video.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -28,6 +29,7 @@ struct ConvertArguments {
   SequenceOptions opened;
   SequencePart part;
   bool keep_files = false;
+  VideoRecording video;
 };
 
 std::vector<std::string> SplitWords(const std::string& text) {
@@ -134,12 +136,44 @@ void ConvertToFolder(const ConvertArguments& arguments, const std::string& path,
   output.Commit();
 }
 
+// Of a video the log and all its frames.
+void ConvertVideo(const ConvertArguments& arguments, const std::string& path) {
+  const SequencePart whole;
+  if (arguments.part.from_s != whole.from_s || arguments.part.duration_s != whole.duration_s ||
+      !arguments.opened.topics.empty()) {
+    throw ConfigError("found --from, --duration or --topics for a video, expected them for others");
+  }
+  const VideoRecording recording = FindVideoRecording(arguments.input, arguments.video);
+  std::vector<std::string> inputs = recording.logs;
+  inputs.push_back(recording.left);
+  OutputFolder output(path, {"a recording", {"mav0"}}, inputs);
+  const VideoCounts counts =
+      UnpackVideo(recording, output.staging() + "/mav0", StageProgress("convert"));
+  LogCounts(
+      {{{"cam0", counts.left}, {"cam1", counts.right}, {"imu0", counts.imu}}, counts.warnings});
+  output.Commit();
+}
+
 void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
                   const BagPacking& packing, const RecordingTables& recording) {
   OutputBag output(path, packing, arguments.input);
   LogCounts(WriteBagRecording(recording, arguments.part, packing, arguments.keep_files,
                               output.Begin(), StageProgress("convert")));
   output.Commit();
+}
+
+void ConvertRecording(const ConvertArguments& arguments, const std::string& path,
+                      const BagPacking& packing) {
+  ExpectFolder(arguments.input, FolderKind::kSequence);
+  SequenceOptions opened = arguments.opened;
+  opened.needs_imu = false;
+  const std::unique_ptr<RecordingTables> recording = OpenTables(arguments.input, opened);
+  spdlog::info("{}: {}", arguments.input, recording->form());
+  if (packing.form == kFolder) {
+    ConvertToFolder(arguments, path, *recording);
+  } else {
+    ConvertToBag(arguments, path, packing, *recording);
+  }
 }
 
 void Convert(const ConvertArguments& arguments) {
@@ -151,17 +185,14 @@ void Convert(const ConvertArguments& arguments) {
   const std::string& path = arguments.output.empty() ? arguments.folder : arguments.output;
   arguments.part.Check();
   const BagPacking packing = ParsePacking(path, arguments.packing);
-  ExpectFolder(arguments.input, FolderKind::kSequence);
-  SequenceOptions opened = arguments.opened;
-  opened.needs_imu = false;
-  const std::unique_ptr<RecordingTables> recording = OpenTables(arguments.input, opened);
-  spdlog::info("{}: {}", arguments.input, recording->form());
-  if (packing.form == kFolder) {
-    ConvertToFolder(arguments, path, *recording);
+  const bool is_video = IsVideoRecording(arguments.input);
+  if (is_video && packing.form == kFolder) {
+    ConvertVideo(arguments, path);
   } else {
-    ConvertToBag(arguments, path, packing, *recording);
+    ConvertRecording(arguments, path, packing);
   }
-  const bool has_calibration = packing.form == kFolder && !IsBagRecording(arguments.input);
+  const bool has_calibration =
+      packing.form == kFolder && !is_video && !IsBagRecording(arguments.input);
   spdlog::info("wrote {}{}", path,
                has_calibration ? ""
                                : "; its calibration is given to what opens it: slcmap run " + path +
@@ -177,7 +208,8 @@ void AddConvertCommand(CLI::App& app) {
   command
       ->add_option(
           "recording", arguments->input,
-          "EuRoC (ASL) or TUM VI folder, or a bag: ROS 1, rosbag2 (file or folder) or MCAP")
+          "EuRoC (ASL) or TUM VI folder; a bag: ROS 1, rosbag2 (file or folder) or MCAP; or a "
+          "video (mp4, mkv, mov, avi) with a log of its IMU")
       ->type_name("IN")
       ->required();
   command->add_option("to", arguments->output, "Folder, or a bag by its ending: .bag, .db3, .mcap")
@@ -200,12 +232,21 @@ void AddConvertCommand(CLI::App& app) {
                       "Start so many seconds after the first image");
   command->add_option("--duration", arguments->part.duration_s,
                       "Seconds of the recording to use; 0: to the end");
+  command->add_option("--imu", arguments->video.logs,
+                      "Log of a video's IMU (.csv or .jsonl), twice where its sensors are apart "
+                      "(default: the one called as the video is)");
+  command->add_option("--frame-times", arguments->video.frame_times,
+                      "Table of when a video's frames were taken, on the IMU's clock");
+  command->add_option("--right", arguments->video.right, "Video of the right camera");
+  command->add_flag("--side-by-side", arguments->video.side_by_side,
+                    "The video holds left and right images beside each other");
   command->footer(
       "Examples:\n  slcmap convert walk.bag walk\n"
       "  slcmap convert MH_01_easy MH_01_easy.mcap --packing zstd --duration 60\n"
+      "  slcmap convert walk.mp4 walk --imu imu.csv\n"
       "  slcmap convert walk rig --topics left=/oak/left/image_raw,right=/oak/right/image_raw\n\n"
       "Images keep the stamps of their headers; topics are named as EuRoC's. All commands open\n"
-      "bags as they are: this is for other programs, and for parts of recordings.");
+      "bags as they are: this is for videos, other programs, and parts of recordings.");
   command->callback([arguments] { Convert(*arguments); });
 }
 

@@ -157,10 +157,11 @@ double ReadReadout(YamlSection& camera) {
   double readout_s = 0;
   camera.Read(kReadoutKey, &readout_s);
   if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
-  Fail(camera, kReadoutKey,
-       fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
-       fmt::format("write {} in seconds from the first row to the last",
-                   KeyInFile(camera.place(), kReadoutKey)));
+  throw CalibrationFault(
+      camera, kReadoutKey,
+      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
+      fmt::format("write {} in seconds from the first row to the last",
+                  KeyInFile(camera.place(), kReadoutKey)));
 }
 
 // A camera without one has that of the rig: none, or that of the left one.
