@@ -186,6 +186,11 @@ void AddSimulateCommand(CLI::App& app) {
   command->add_flag(
       "--only-building", arguments->only_building,
       "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
+  command
+      ->add_option("--emitter", options.emitter,
+                   "Dots as a depth camera throws them: off, steady, or alternating with every "
+                   "other image")
+      ->capture_default_str();
   command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
   command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
       ->capture_default_str();

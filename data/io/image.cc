@@ -14,6 +14,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "data/io/light_dots.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -105,7 +106,9 @@ cv::Mat Decode(const KeptImage& kept, const PixelForm& form) {
     image = whole ? UpperBits(kept.pixels) : kept.pixels;
   }
   if (image.depth() == CV_16U) image.convertTo(image, CV_8U, std::ldexp(1, 8 - form.bits));
-  return form.mosaic && !image.empty() ? WithoutMosaic(image) : image;
+  if (image.empty()) return image;
+  if (form.mosaic) image = WithoutMosaic(image);
+  return form.dots ? WithoutDots(image) : image;
 }
 
 // The size that the header of a PNG tells; empty for other files.
@@ -332,6 +335,7 @@ struct FormSeen {
   int images = 0, mosaics = 0;
   bool deep = false, is_turned = false;
   double most = 0;  // value
+  std::vector<cv::Mat> first = {};  // as 8 bits
 };
 
 // Until 16 bits are proved; of files that are not deep a few will do.
@@ -347,7 +351,10 @@ FormSeen LookAtForm(const ImageStore& images, const std::vector<std::string>& pa
       samples = std::min(kDeepSamples, paths.size());
     }
     if (seen.images++ == 0) seen.is_turned = IsTurnedByOrientation(kept);
-    if (seen.images <= static_cast<int>(kFormSamples)) seen.mosaics += ShowsMosaic(image);
+    if (seen.images <= static_cast<int>(kFormSamples)) {
+      seen.mosaics += ShowsMosaic(image);
+      seen.first.push_back(Decode(kept, {}));
+    }
     double most = 0;
     cv::minMaxLoc(image.reshape(1), nullptr, &most);
     seen.most = std::max(seen.most, most);
@@ -392,6 +399,8 @@ std::array<PixelForm, 2> FindPixelForms(const ImageStore& images,
     if (forms[camera].mosaic) {
       tell(kImageMosaic, "a Bayer mosaic, read as grey by averaging over its colours");
     }
+    forms[camera].dots = ShowSameDots(seen[camera].first);
+    if (forms[camera].dots) tell(kImageDots, "switch the emitter off where depth is not needed");
     if (seen[camera].is_turned) {
       tell(kImageOrientation,
            "EXIF asks for turned images; pixels are taken as the sensor has "

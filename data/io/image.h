@@ -23,6 +23,7 @@ struct ImageRead {
 struct PixelForm {
   int bits = 16;        // of a 16-bit file that hold the value; the upper 8 of them are read
   bool mosaic = false;  // of colours (Bayer): made grey by a filter that takes as much of each
+  bool dots = false;    // of an emitter's light, which are taken out (data/io/light_dots.h)
 };
 
 // Reads an image as 8-bit grey (16 bits lose their lower byte). A PNG without its last chunk and a
@@ -59,6 +60,7 @@ DeferredImageRead ReadGrayImageDeferred(const ImageStore& images, const std::str
 // What FindPixelForms counts.
 inline constexpr const char* kImageFewBits = "images_of_fewer_bits_than_their_files";
 inline constexpr const char* kImageMosaic = "images_that_are_a_colour_mosaic";
+inline constexpr const char* kImageDots = "images_with_dots_of_an_emitter_taken_out";
 inline constexpr const char* kImageOrientation = "images_with_an_orientation_taken_as_stored";
 
 // Of the images of the left and the right camera, in their order. 16-bit files whose values reach

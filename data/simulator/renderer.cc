@@ -11,6 +11,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/ply.h"
+#include "data/simulator/dots.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/scene/camera_response.h"
 #include "data/simulator/scene/inexact_building.h"
@@ -92,9 +93,9 @@ class SceneRenderer : public PairRenderer {
 
   RenderedPair Render(int frame, bool with_depth) override {
     RenderedPair pair;
-    pair.left = responses_[0].Develop(RadianceImage(frame, 0), exposures_[frame], frame, 0);
-    pair.right = responses_[1].Develop(RadianceImage(frame, 1), exposures_[frame], frame, 1);
-    if (with_depth) pair.depth_m = DepthImage(frame);
+    pair.left = responses_[0].Develop(LitImage(frame, 0), exposures_[frame], frame, 0);
+    pair.right = responses_[1].Develop(LitImage(frame, 1), exposures_[frame], frame, 1);
+    if (with_depth) pair.depth_m = DepthImage(frame, 0);
     watch_.Look(frame);
     return pair;
   }
@@ -232,6 +233,15 @@ class SceneRenderer : public PairRenderer {
     return image;
   }
 
+  // With the dots of an emitter that is on.
+  cv::Mat LitImage(int frame, int camera) const {
+    cv::Mat radiance = RadianceImage(frame, camera);
+    const bool is_on = task_.emitter == Emitter::kSteady ||
+                       (task_.emitter == Emitter::kAlternating && frame % 2 == 0);
+    if (is_on) AddDots(task_.rig, camera, DepthImage(frame, camera), &radiance);
+    return radiance;
+  }
+
   // The pixels of one colour of a block.
   void PaintHalf(int camera, int block, int colour, const InstantPoses& poses,
                  RayScene::Packet* packet, cv::Mat* image) const {
@@ -251,16 +261,17 @@ class SceneRenderer : public PairRenderer {
     }
   }
 
-  // Along the optical axis of the left camera in the middle of a row's exposure, at pixel centres.
-  cv::Mat DepthImage(int frame) const {
-    const Camera& camera = task_.rig.cameras[0];
+  // Along the optical axis of a camera in the middle of a row's exposure, at pixel centres.
+  cv::Mat DepthImage(int frame, int index) const {
+    const Camera& camera = task_.rig.cameras[index];
     cv::Mat depth_m = cv::Mat::zeros(camera.height_px, camera.width_px, CV_32F);
     RayScene::Packet packet;
     CameraRays::Packet rays;
     packet.Clear();
     for (int y = 0; y < depth_m.rows; ++y) {
       StopIfAsked();
-      const RowPoses pose = AllRowsAt(PoseAt(task_.times_s[frame] + RowTime_s(task_.rig, 0, y), 0));
+      const RowPoses pose =
+          AllRowsAt(PoseAt(task_.times_s[frame] + RowTime_s(task_.rig, index, y), index));
       for (int x0 = 0; x0 < depth_m.cols; x0 += kLanes) {
         const int count = std::min(kLanes, depth_m.cols - x0);
         for (int i = 0; i < kLanes; ++i) {

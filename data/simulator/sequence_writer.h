@@ -37,6 +37,9 @@ class PairRenderer {
 // Gives what a stage of long work, called by a label, reports to.
 using StageStarter = std::function<Progress(const std::string& label)>;
 
+// Of a depth camera, which throws dots of light: on all images, or on every other one.
+enum class Emitter { kOff, kSteady, kAlternating };
+
 // What is to be rendered: a rig along a motion, at these times of the motion.
 struct RenderTask {
   Rig rig;
@@ -44,6 +47,7 @@ struct RenderTask {
   std::vector<double> times_s;
   StageStarter start_stage = {};  // of the work before the first pair; none: unheard
   std::stop_token stop = {};      // ends the rendering
+  Emitter emitter = Emitter::kOff;
 
   Progress Stage(const std::string& label) const {
     return start_stage ? start_stage(label) : Progress();

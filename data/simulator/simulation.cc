@@ -325,6 +325,17 @@ void SimulationOptions::Check() const {
   expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
 }
 
+namespace {
+
+Emitter ReadEmitter(const std::string& name) {
+  if (name == "off") return Emitter::kOff;
+  if (name == "steady") return Emitter::kSteady;
+  if (name == "alternating") return Emitter::kAlternating;
+  throw ConfigError("simulate: --emitter: found " + name + ", expected off, steady or alternating");
+}
+
+}  // namespace
+
 RenderTask PlanSimulation(const SimulationOptions& options, const StageStarter& start_stage) {
   options.Check();
   const Rig rig = MakeTrueRig(options);
@@ -343,8 +354,8 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   const ImuModel model = MakeModel(options, rig);
   const StartedMotion started = StartMotion(options, rig, stage("planning the motion"));
   std::stop_source stop;
-  const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,
-                        stop.get_token()};
+  const RenderTask task{rig,         started.motion,   ImageTimes(options, started.motion),
+                        start_stage, stop.get_token(), ReadEmitter(options.emitter)};
   RequireFeasible(options, task);
   SimulatedImu imu = MakeImu(
       started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));

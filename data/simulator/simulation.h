@@ -57,6 +57,7 @@ struct SimulationOptions {
   std::optional<double> right_offset_s, readout_s;
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
   bool with_depth = false;
+  std::string emitter = "off";  // of dots: "steady", or "alternating" with every other image
   int threads = 2;
   int64_t seed = 1;
   void Check() const;  // throws ConfigError

@@ -17,6 +17,7 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/source/asl_files.h"
+#include "data/source/dark_half.h"
 #include "data/source/recording_tables.h"
 
 namespace slcmap::inline data {
@@ -407,6 +408,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Tables tables = ReadTables(*recording, options, &sequence);
   sequence.images = PairTables(*recording, options, tables, &sequence);
   if (!options.pieces.empty()) sequence.images = PairedAnew(options.pieces, sequence.images);
+  KeepDarkHalf(*sequence.store, &sequence.images, &sequence.warnings);
   sequence.imu = std::move(tables.imu);
   if (options.needs_imu) RequireOverlap(*recording, sequence);
   Correct(sequence.rig.imu_correction, &sequence.imu);
