@@ -19,6 +19,7 @@
 #include "data/core/types.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
+#include "data/source/imu_streams.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -201,7 +202,7 @@ class ImuMessages {
  public:
   ImuMessages(const std::vector<ImuRow>& rows, BagEncoding encoding, BagWriter* writer,
               const std::function<uint32_t(const std::string&, const char*)>& add_topic)
-      : encoding_(encoding), writer_(*writer), apart_(IsApart(rows)) {
+      : encoding_(encoding), writer_(*writer), apart_(LackHalves(rows)) {
     if (rows.empty()) return;
     gyro_ = add_topic(apart_ ? "/imu0/gyro" : "/imu0", RosImu::kType);
     accel_ = apart_ ? add_topic("/imu0/accel", RosImu::kType) : gyro_;
@@ -217,16 +218,6 @@ class ImuMessages {
   }
 
  private:
-  // As JoinImuStreams has it of rows that lack a half.
-  static bool IsApart(const std::vector<ImuRow>& rows) {
-    constexpr double kMinAbsentShare = 0.1;
-    const auto lacking = std::ranges::count_if(rows, [](const ImuRow& row) {
-      return row.angular_velocity_rad_s.allFinite() != row.specific_force_m_s2.allFinite();
-    });
-    return !rows.empty() &&
-           static_cast<double>(lacking) >= kMinAbsentShare * static_cast<double>(rows.size());
-  }
-
   void Put(uint32_t topic, const ImuRow& row, int64_t received_ns) {
     RosImu imu;
     imu.stamp_ns = row.stamp_ns;

@@ -195,6 +195,14 @@ bool IsMany(size_t count, const std::vector<ImuRow>& rows) {
   return static_cast<double>(count) >= kMinAbsentShare * static_cast<double>(rows.size());
 }
 
+}  // namespace
+
+bool LackHalves(const std::vector<ImuRow>& rows) {
+  return !rows.empty() && IsMany(CountWithout(rows, kGyro) + CountWithout(rows, kAccel), rows);
+}
+
+namespace {
+
 // Zeros that stand for nothing: forces, as gravity is always felt, and turn rates wherever a row
 // holds a force in such a table.
 void EraseZeros(std::vector<ImuRow>* rows) {
@@ -251,7 +259,7 @@ bool IsHeld(const std::vector<bool>& fresh) {
 
 // Leaves each half where it is renewed, and no row of those that repeat both.
 void EraseHeld(const std::string& path, std::vector<ImuRow>* rows, Warnings* warnings) {
-  if (IsMany(CountWithout(*rows, kGyro) + CountWithout(*rows, kAccel), *rows)) return;
+  if (LackHalves(*rows)) return;
   const std::vector<bool> gyro = Fresh(*rows, kGyro), accel = Fresh(*rows, kAccel);
   const bool gyro_held = IsHeld(gyro), accel_held = IsHeld(accel);
   if (!gyro_held && !accel_held) return;
@@ -395,7 +403,7 @@ std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> 
   if (rows.empty()) return rows;  // which others tell of
   EraseZeros(&rows);
   EraseHeld(path, &rows, warnings);
-  if (!IsMany(CountWithout(rows, kGyro) + CountWithout(rows, kAccel), rows)) {
+  if (!LackHalves(rows)) {
     EvenOut(path, &rows, warnings);
     return rows;
   }

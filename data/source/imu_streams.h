@@ -52,6 +52,9 @@ inline constexpr const char* kImuRepeated = "imu_samples_repeated";
 inline constexpr const char* kImuOnArrival = "imu_stamped_on_arrival";
 inline constexpr const char* kImuStampsShared = "imu_stamps_shared";
 
+// Whether so many rows lack a half that these are streams of their own.
+bool LackHalves(const std::vector<ImuRow>& rows);
+
 // Whether the table is one of streams: rows that lack a half, as it is blank or NaN, as forces of
 // exactly zero stand among others, or as a half is repeated at a steady rate until the next is
 // there. Not where single rows are damaged, where a sensor at rest repeats coarse readings as noise
