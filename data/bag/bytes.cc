@@ -67,27 +67,43 @@ BagBytes AsBytes(std::string_view text) { return std::as_bytes(std::span(text));
 
 ChunkCache::Chunk ChunkCache::Get(uint64_t block,
                                   const std::function<std::vector<std::byte>()>& load) {
-  constexpr size_t kChunks = 4;  // left, right and IMU, and one that is read ahead
   std::promise<Chunk> promise;
   {
     std::unique_lock lock(mutex_);
-    for (auto it = chunks_.begin(); it != chunks_.end(); ++it) {
-      if (it->first != block) continue;
-      chunks_.splice(chunks_.begin(), chunks_, it);
-      const std::shared_future<Chunk> chunk = it->second;
+    const auto known = std::ranges::find(chunks_, block, &Kept::block);
+    if (known != chunks_.end()) {
+      chunks_.splice(chunks_.begin(), chunks_, known);
+      const std::shared_future<Chunk> chunk = known->chunk;
       lock.unlock();
       return chunk.get();  // another thread may be at it
     }
-    chunks_.emplace_front(block, promise.get_future().share());
-    if (chunks_.size() > kChunks) chunks_.pop_back();
+    chunks_.push_front({block, 0, promise.get_future().share()});
   }
   try {
     const auto chunk = std::make_shared<const std::vector<std::byte>>(load());
     promise.set_value(chunk);
+    Forget(block, chunk->size());
     return chunk;
   } catch (...) {
     promise.set_exception(std::current_exception());
+    Forget(block, 0);
     throw;
+  }
+}
+
+// Those that were used longest ago.
+void ChunkCache::Forget(uint64_t loaded, size_t bytes) {
+  constexpr size_t kLeast = 4;  // left, right and IMU, and one that is read ahead
+  constexpr size_t kMostBytes = size_t{32} << 20;
+  const std::lock_guard lock(mutex_);
+  const auto kept = std::ranges::find(chunks_, loaded, &Kept::block);
+  if (kept != chunks_.end()) {
+    kept->bytes = bytes;
+    bytes_ += bytes;
+  }
+  while (chunks_.size() > kLeast && bytes_ > kMostBytes) {
+    bytes_ -= chunks_.back().bytes;
+    chunks_.pop_back();
   }
 }
 

@@ -116,15 +116,25 @@ void PackZstdFile(const PlacedFile& file, const std::string& packed);
 // Unpacks a file to another as far as it goes; false where it ends too early or is damaged.
 bool UnpackZstdFile(const PlacedFile& packed, const std::string& path);
 
-// The last few chunks that were unpacked, for the messages of one to unpack it once.
+// The last chunks that were unpacked, for the messages of one to unpack it once: a few, and more
+// where they are small.
 class ChunkCache {
  public:
   using Chunk = std::shared_ptr<const std::vector<std::byte>>;
   Chunk Get(uint64_t block, const std::function<std::vector<std::byte>()>& load);
 
  private:
+  struct Kept {
+    uint64_t block = 0;
+    size_t bytes = 0;  // once it is loaded
+    std::shared_future<Chunk> chunk;
+  };
+
+  void Forget(uint64_t loaded, size_t bytes);
+
   std::mutex mutex_;
-  std::list<std::pair<uint64_t, std::shared_future<Chunk>>> chunks_;  // the last used is first
+  std::list<Kept> chunks_;  // the last used is first
+  size_t bytes_ = 0;
 };
 
 }  // namespace slcmap::data

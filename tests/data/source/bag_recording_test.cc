@@ -302,6 +302,7 @@ TEST_F(BagRecording, GyroscopeAndAccelerometerMayHaveTopicsOfTheirOwn) {
 // Rows stay in the order in which they were written: what tells of a clock that was set back.
 TEST_F(BagRecording, AClockThatWasSetBackIsPutRightAsOfTheFolder) {
   constexpr int kMany = 40, kSetAt = 20;
+  fs::remove_all(Asl());
   testing::WriteSequence(folder_, {.images = kMany, .still = true});
   const auto moved_ns = [](int64_t stamp_ns, bool is_late) {
     return stamp_ns - (is_late ? 5'000'000'000 : 0);
