@@ -94,14 +94,14 @@ ChunkCache::Chunk ChunkCache::Get(uint64_t block,
 // Those that were used longest ago.
 void ChunkCache::Forget(uint64_t loaded, size_t bytes) {
   constexpr size_t kLeast = 4;  // left, right and IMU, and one that is read ahead
-  constexpr size_t kMostBytes = size_t{32} << 20;
+  constexpr size_t kMost = 64, kMostBytes = size_t{32} << 20;
   const std::lock_guard lock(mutex_);
   const auto kept = std::ranges::find(chunks_, loaded, &Kept::block);
   if (kept != chunks_.end()) {
     kept->bytes = bytes;
     bytes_ += bytes;
   }
-  while (chunks_.size() > kLeast && bytes_ > kMostBytes) {
+  while (chunks_.size() > kMost || (chunks_.size() > kLeast && bytes_ > kMostBytes)) {
     bytes_ -= chunks_.back().bytes;
     chunks_.pop_back();
   }
