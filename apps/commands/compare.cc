@@ -45,7 +45,8 @@ struct CompareArguments {
   std::vector<std::string> variants;  // NAME=file.yaml
   int repeats = 1;
   int threads = 2;
-  PoseForm form;  // of the trajectories
+  PoseForm form;           // of the trajectories
+  SequenceOptions opened;  // how the sequences are opened
   bool map = false;
   ExternalMapArguments maps;  // by other systems, instead of sequences
 };
@@ -136,8 +137,8 @@ GivenTrajectories ReadGiven(const CompareArguments& arguments) {
   GivenTrajectories trajectories;
   for (const std::string& sequence : arguments.sequences) {
     for (const NamedFile& file : GivenFor(arguments, SequenceName(sequence))) {
-      const ExternalPoses given =
-          ReadExternalPoses(file.path, arguments.form, OpenSequence(sequence), false);
+      const ExternalPoses given = ReadExternalPoses(
+          file.path, arguments.form, OpenSequence(sequence, arguments.opened), false);
       if (!given.reading.agrees) spdlog::warn("{}: {}", file.path, given.reading.words);
       trajectories[sequence].emplace_back(file.name, given.trajectory);
     }
@@ -184,8 +185,9 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
   sequence.path = path;
   sequence.true_poses = FindTruePoses(path);
   sequence.true_edges = FindTrueEdges(path);
-  const RunPlan plan{arguments.output + "/runs", arguments.repeats, arguments.map,
-                     arguments.threads, program};
+  const RunPlan plan{
+      arguments.output + "/runs", arguments.repeats, arguments.map,
+      arguments.threads,          program,           SequenceArguments(arguments.opened)};
   const std::vector<MethodToRun> methods = MethodsToRun(arguments);
   const Progress progress = StageProgress(sequence.name + " runs");
   const auto count = static_cast<double>(methods.size());
@@ -247,6 +249,9 @@ std::string FormatCommand(const CompareArguments& arguments) {
   if (arguments.repeats > 1) command += fmt::format(" --repeats {}", arguments.repeats);
   command += fmt::format(" --threads {}", arguments.threads);
   if (arguments.map) command += " --map";
+  for (const std::string& opened : SequenceArguments(arguments.opened)) {
+    command += " " + Quoted(opened);
+  }
   for (const std::string& with : arguments.with) command += " --with " + Quoted(with);
   const std::string form = FormatOptions(arguments.form);
   if (!form.empty()) command += " " + form;
@@ -284,6 +289,7 @@ void Compare(const CompareArguments& arguments) {
   for (const std::string& sequence : arguments.sequences) {
     for (std::string& folder : ListFolders(sequence)) inputs.push_back(std::move(folder));
   }
+  for (const std::string& file : CollectFiles(arguments.opened)) inputs.push_back(file);
   RefuseInputs(arguments.output, inputs);
   OutputFolder output(
       arguments.output,
@@ -349,7 +355,7 @@ void AddCompareCommand(CLI::App& app) {
   CLI::Option* sequences =
       command
           ->add_option("sequences", arguments->sequences,
-                       "EuRoC (ASL) or TUM VI folders, with or without true poses")
+                       "EuRoC (ASL) or TUM VI folders, or bags, with or without true poses")
           ->type_name("SEQ");
   CLI::Option* maps = AddExternalMapOptions(*command, &arguments->maps);
   maps->excludes(sequences);
@@ -366,6 +372,7 @@ void AddCompareCommand(CLI::App& app) {
       "--with", arguments->with,
       "NAME=file: the trajectory of another system (TUM or EuRoC file, poses of the "
       "IMU); of several sequences NAME@SEQUENCE=file");
+  AddSequenceOptions(*command, &arguments->opened);
   AddPoseOptions(*command, &arguments->form);
   command->add_option("--variant", arguments->variants,
                       "NAME=file.yaml: the options of that file as one more method");

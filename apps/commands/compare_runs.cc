@@ -133,20 +133,23 @@ struct Repeat {
 
 // Makes the run and the map without images; false where that was not possible.
 bool MakeRun(const std::string& sequence, const std::string& config, const std::string& folder,
-             int threads, const Progress& progress, Repeat* made) {
+             const RunPlan& plan, const Progress& progress, Repeat* made) {
   const std::string& run = made->folders.run;
+  const std::string threads = std::to_string(plan.threads);
   if (IsRunKept(run)) {
     spdlog::info("{}: kept from before", folder);
   } else {
     std::error_code error;
     for (const char* map : {"/map", "/dense_map"}) fs::remove_all(folder + map, error);
-    made->problem = RunStage(
-        {"odometry", sequence, "-o", run, "--config", config, "--threads", std::to_string(threads)},
-        run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
+    std::vector<std::string> arguments = {"odometry", sequence, "-o",        run,
+                                          "--config", config,   "--threads", threads};
+    arguments.insert(arguments.end(), plan.opened.begin(), plan.opened.end());
+    made->problem =
+        RunStage(arguments, run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
   }
   if (!made->problem.empty()) return false;
-  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config}, threads,
-                          progress.Part(0.9, 1));
+  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config},
+                          plan.threads, progress.Part(0.9, 1));
   return made->problem.empty();
 }
 
@@ -154,7 +157,9 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
                  const std::string& sequence_name, int repeat, const RunPlan& plan,
                  const Progress& progress) {
   const std::string options = FormatOptions(method, repeat);
-  const std::string key = Checksum(id + plan.program + options).substr(0, kKeyLength);
+  const std::string key =
+      Checksum(id + fmt::format("{}", fmt::join(plan.opened, "\n")) + plan.program + options)
+          .substr(0, kKeyLength);
   const std::string folder =
       fmt::format("{}/{}/{}-{}-{}", plan.folder, sequence_name, method.name, repeat, key);
   MakeFolder(folder);
@@ -162,7 +167,7 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
   WriteFile(config, options);
   Repeat made{{folder + "/run", folder + "/map", plan.dense_maps ? folder + "/dense_map" : ""}, ""};
   const double run_made = plan.dense_maps ? kRunBesideDenseMap : 1;
-  if (!MakeRun(sequence, config, folder, plan.threads, progress.Part(0, run_made), &made)) {
+  if (!MakeRun(sequence, config, folder, plan, progress.Part(0, run_made), &made)) {
     return made;
   }
   if (!plan.dense_maps) return made;

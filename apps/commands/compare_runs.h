@@ -21,7 +21,8 @@ struct RunPlan {
   int repeats = 1;
   bool dense_maps = false;
   int threads = 2;
-  std::string program;  // see ProgramId
+  std::string program;              // see ProgramId
+  std::vector<std::string> opened;  // arguments that say how sequences are opened
 };
 
 // What tells a recording from another: its path, tables, calibration and images, these by names,

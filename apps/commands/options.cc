@@ -1,5 +1,7 @@
 #include "apps/commands/options.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include "data/calibration/mask.h"
 #include "data/calibration/other_calibrations.h"
 
@@ -44,6 +46,24 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
                           "Between the stamps of a left and a right image, at most (default: 3)"),
           AddMilliseconds(command, "--right-offset", &options->right_offset_s,
                           "That stamps of the right images are late (default: 0)")};
+}
+
+std::vector<std::string> SequenceArguments(const SequenceOptions& options) {
+  std::vector<std::string> arguments;
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) arguments.insert(arguments.end(), {name, value});
+  };
+  const auto milliseconds = [](double value_s, double default_s) {
+    return value_s == default_s ? "" : fmt::format("{}", 1e3 * value_s);
+  };
+  const SequenceOptions defaults;
+  add("--calibration", options.calibration);
+  add("--mask", fmt::format("{}", fmt::join(options.masks, ",")));
+  add("--cameras", fmt::format("{}", fmt::join(options.cameras, ",")));
+  add("--topics", options.topics);
+  add("--pair-tolerance", milliseconds(options.max_stereo_offset_s, defaults.max_stereo_offset_s));
+  add("--right-offset", milliseconds(options.right_offset_s, defaults.right_offset_s));
+  return arguments;
 }
 
 std::vector<std::string> CollectFiles(const SequenceOptions& options) {

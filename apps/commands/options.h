@@ -16,6 +16,9 @@ namespace slcmap::inline commands {
 // must outlive the parsing. Returns what was added.
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
 
+// Those that differ from the defaults, as arguments of a command.
+std::vector<std::string> SequenceArguments(const SequenceOptions& options);
+
 // The files that these options name.
 std::vector<std::string> CollectFiles(const SequenceOptions& options);
 
