@@ -1,0 +1,135 @@
+// Recordings in bags, as a user has them: converted both ways, checked, run and mapped.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/integration/slcmap_process.h"
+#include "tests/testing/small_sequence.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ExpectError;
+using ::testing::HasSubstr;
+using testing::ProcessResult;
+using testing::ReadText;
+using testing::RunSlcmap;
+using testing::TempFolder;
+
+class BagCommands : public ::testing::Test {
+ protected:
+  BagCommands() {
+    testing::WriteSequence(folder_, {.images = 40, .size = {320, 240}, .still = true});
+  }
+
+  std::string Convert(const std::string& from, const std::string& to,
+                      const std::string& options = "") {
+    const ProcessResult result =
+        RunSlcmap("convert " + folder_.Path(from) + " " + folder_.Path(to) + " " + options);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    return folder_.Path(to);
+  }
+
+  // The files of a run, but for those that tell its times and where it was made.
+  std::map<std::string, std::string> Run(const std::string& recording) {
+    const std::string run = folder_.Path("run");
+    fs::remove_all(run);
+    const ProcessResult result =
+        RunSlcmap("-q odometry " + recording + " --method points --force --calibration " +
+                  folder_.Path("mav0") + " -o " + run);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::directory_iterator(run)) {
+      const std::string name = entry.path().filename().string();
+      if (!entry.is_regular_file() || name == "run.json" || name == "timings.json") continue;
+      files[name] = ReadText(entry.path().string());
+    }
+    EXPECT_GT(files.size(), 5u);
+    EXPECT_GT(files["trajectory.tum"].size(), 1000u);
+    return files;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(BagCommands, ARunHasTheSameBytesOfAFolderAndOfAnyBag) {
+  const auto of_folder = Run(folder_.Path());
+  for (const auto& [to, options] : {std::pair{"a.bag", "--packing bz2"},
+                                    {"b", "--packing db3,zstd"},
+                                    {"c.mcap", ""},
+                                    {"d.mcap", "--packing unchunked --keep-files"},
+                                    {"e.db3", ""}}) {
+    SCOPED_TRACE(to);
+    EXPECT_EQ(Run(Convert("mav0", to, options)), of_folder);
+  }
+  EXPECT_EQ(Run(Convert("c.mcap", "again")), of_folder);
+}
+
+TEST_F(BagCommands, CheckListsTheTopicsAndTheMapOpensTheBagAgain) {
+  const std::string bag = Convert("mav0", "walk.bag", "--packing lz4");
+  const std::string calibration = " --calibration " + folder_.Path("mav0");
+  const ProcessResult check = RunSlcmap("check --json " + bag + calibration);
+  const auto report = nlohmann::json::parse(check.output);
+  ASSERT_EQ(report.at("topics").size(), 3u);
+  EXPECT_EQ(report.at("topics").at(0).at("name"), "/cam0/image_raw");
+  EXPECT_EQ(report.at("topics").at(0).at("messages"), 40);
+  EXPECT_EQ(report.at("topics").at(0).at("taken_as"), "left images");
+  EXPECT_THAT(RunSlcmap("check " + bag + calibration).output,
+              HasSubstr("sensor_msgs/Imu: gyroscope and accelerometer"));
+  Run(bag);
+  EXPECT_THAT(ReadText(folder_.Path("run/run.json")), HasSubstr("left=/cam0/image_raw"));
+  const auto map = [&](const std::string& options) {
+    return RunSlcmap("-q map " + folder_.Path("run") + " -o " + folder_.Path("map") + options);
+  };
+  EXPECT_EQ(map("").exit_code, 0);
+  fs::rename(bag, folder_.Path("moved.bag"));
+  EXPECT_THAT(map("").error, HasSubstr("--sequence"));
+  EXPECT_EQ(map(" --sequence " + folder_.Path("moved.bag")).exit_code, 0);
+  EXPECT_EQ(map(" --sequence " + folder_.Path("mav0")).exit_code, 0) << "it was made of that";
+}
+
+TEST_F(BagCommands, PartsAndFoldersAreConvertedWithWhatBelongsToThem) {
+  folder_.Write("mav0/state_groundtruth_estimate0/data.csv", "#timestamp\n");
+  folder_.Write("truth/edges.csv", "a,b\n");
+  const std::string part = Convert("mav0", "part", "--from 0.5 --duration 0.25");
+  EXPECT_EQ(ReadText(part + "/mav0/cam0/sensor.yaml"),
+            ReadText(folder_.Path("mav0/cam0/sensor.yaml")));
+  EXPECT_EQ(ReadText(part + "/mav0/imu0/sensor.yaml"), testing::kImuYaml);
+  EXPECT_TRUE(fs::exists(part + "/mav0/state_groundtruth_estimate0/data.csv"));
+  EXPECT_TRUE(fs::exists(part + "/mav0/truth/edges.csv"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(part + "/mav0/cam1/data"), {}), 6);
+}
+
+TEST_F(BagCommands, WrongUsageOfConvertIsTold) {
+  const std::string in = folder_.Path("mav0"), out = folder_.Path("out");
+  const std::pair<std::string, const char*> kWrong[] = {
+      {in, "expected one of them"},
+      {in + " " + out + " -o " + out, "expected one of them"},
+      {in + " " + out + " --packing lz4", "expected it for a bag"},
+      {in + " " + out + ".bag --packing zstd", "zstd"},
+      {in + " " + out + ".db3 --packing zstd_file", "expected none or zstd"},
+      {in + " " + out + ".bag --from 1000", "found no image"},
+      {in + " " + in, "would be overwritten"},
+      {in + " " + out + " --topics left=/a", "no bag"}};
+  for (const auto& [arguments, words] : kWrong) {
+    SCOPED_TRACE(arguments);
+    ExpectError(RunSlcmap("convert " + arguments), 2, words);
+  }
+  folder_.Write("full/notes.txt", "mine");
+  ExpectError(RunSlcmap("convert " + in + " " + folder_.Path("full") + " --packing db3"), 2,
+              "expected nothing, or an empty folder");
+  EXPECT_EQ(ReadText(folder_.Path("full/notes.txt")), "mine");
+  ExpectError(RunSlcmap("convert " + folder_.Path("none") + " " + out), 1, "none: found no such");
+  for (const auto& entry : fs::directory_iterator(folder_.Path())) {
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("unfinished")));
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
