@@ -272,6 +272,19 @@ std::string KalibrCamera(const std::string& name, const Camera& camera,
       camera.height_px, time_offset_s);
 }
 
+// Files that say nothing of a right camera are those of a rig of one.
+Calibration ReadPartsAlone(const std::vector<std::string>& paths, const std::string& place,
+                           Mirrored mirrored, const std::vector<int>& cameras) {
+  RigParts parts = ReadRigParts(paths, mirrored);
+  const bool tells_right = parts.cameras[1] || parts.T_imu_camera[1] || parts.T_left_right;
+  if (!tells_right || cameras == std::vector{0}) parts.has_right = false;
+  if (cameras.empty() || cameras.front() == 0) return MakeCalibration(parts, place);
+  throw InputFault("cameras",
+                   fmt::format("--cameras: found {}, expected 0 or 0,1 of {}, which tells one pair",
+                               fmt::join(cameras, ","), place),
+                   "leave out --cameras, or name 0 for the left one alone");
+}
+
 }  // namespace
 
 void CheckRig(const Rig& rig, const std::string& place) {
@@ -438,7 +451,7 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
   std::error_code error;
   if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
   const std::vector<std::string> paths = SplitCalibrationPaths(path);
-  if (TellsParts(path)) return MakeCalibration(ReadRigParts(paths, mirrored), path);
+  if (TellsParts(path)) return ReadPartsAlone(paths, path, mirrored, cameras);
   if (paths.size() == 2) {
     return ReadKalibrCalibration(paths[0], paths[1], warnings, mirrored, cameras);
   }

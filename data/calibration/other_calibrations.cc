@@ -137,7 +137,8 @@ void ReadKalibrPart(YamlSection* root, Gathered* gathered) {
     if (i == 0 && camera.Has("timeshift_cam_imu")) {
       parts.camera_time_offset_s = RequiredValue<double>(camera, "timeshift_cam_imu");
     }
-    for (const char* key : {"timeshift_cam_imu", "rostopic", "T_cam_imu"}) camera.Skip(key);
+    for (const char* key : {"timeshift_cam_imu", "rostopic", "cam_overlaps", "T_cam_imu"})
+      camera.Skip(key);
     camera.Finish();
   }
   YamlSection imu = root->Has("imu0") ? root->Section("imu0") : *root;

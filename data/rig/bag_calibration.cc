@@ -59,10 +59,8 @@ struct BagCamera {
 
 class BagRig {
  public:
-  BagRig(const RecordingTopics& topics, Bag* bag, Warnings* warnings)
-      : topics_(topics), bag_(bag), warnings_(warnings) {
-    const auto profile = KnownProfiles().find(topics.profile);
-    if (profile != KnownProfiles().end()) profile_ = &profile->second;
+  BagRig(const RecordingTopics& topics, const RigProfile* profile, Bag* bag, Warnings* warnings)
+      : topics_(topics), bag_(bag), warnings_(warnings), profile_(profile) {
     parts_.has_right = !topics.right.empty();
   }
 
@@ -76,7 +74,6 @@ class BagRig {
     TakeCameras();
     TakeViewerPoses();
     TakeFramePoses();
-    TakeProfile();
     return parts_;
   }
 
@@ -237,32 +234,42 @@ class BagRig {
     if (is_turned || apart.translation.norm() > kSame_m) warnings_->Add(kBaselinesDiffer, right);
   }
 
-  void TakeProfile() {
-    if (profile_ == nullptr) return;
-    parts_.camera_time_offset_s = profile_->camera_time_offset_s;
-    parts_.imu_noise = profile_->imu_noise;
-    Found(fmt::format("profile {}{}", profile_->name,
-                      profile_->note.empty() ? "" : " (" + profile_->note + ")"));
-  }
-
   const RecordingTopics& topics_;
   Bag* bag_;
   Warnings* warnings_;
-  const RigProfile* profile_ = nullptr;
+  const RigProfile* profile_;  // nullptr of none
   std::vector<BagCamera> cameras_;
   FirstMessages first_;
   RigParts parts_;
 };
 
+RigParts ProfileParts(const RigProfile& profile) {
+  RigParts parts;
+  parts.camera_time_offset_s = profile.camera_time_offset_s;
+  parts.imu_noise = profile.imu_noise;
+  parts.found.push_back(fmt::format("profile {}{}", profile.name,
+                                    profile.note.empty() ? "" : " (" + profile.note + ")"));
+  return parts;
+}
+
 }  // namespace
 
 Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string& beside, Bag* bag,
-                               Warnings* warnings, Mirrored mirrored) {
-  if (!beside.empty() && !TellsParts(beside)) return ReadCalibration(beside, warnings, mirrored);
+                               Warnings* warnings, Mirrored mirrored,
+                               const std::vector<int>& cameras) {
+  if (!beside.empty() && !TellsParts(beside)) {
+    return ReadCalibration(beside, warnings, mirrored, cameras);
+  }
   RigParts parts;
   if (!beside.empty()) parts = ReadRigParts(SplitCalibrationPaths(beside), mirrored);
   parts.has_right = parts.has_right && !topics.right.empty();
-  if (!IsWhole(parts)) AddParts(BagRig(topics, bag, warnings).Read(), &parts);
+  const auto profile = KnownProfiles().find(topics.profile);
+  const bool is_known = profile != KnownProfiles().end();
+  if (!IsWhole(parts)) {
+    const RigProfile* known = is_known ? &profile->second : nullptr;
+    AddParts(BagRig(topics, known, bag, warnings).Read(), &parts);
+  }
+  if (is_known) AddParts(ProfileParts(profile->second), &parts);
   return MakeCalibration(parts, bag->path());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "data/bag/bag.h"
 #include "data/bag/topics.h"
@@ -18,12 +19,13 @@ inline constexpr const char* kImuPoseIsZero = "imu_poses_of_zeros";
 // The rig of these topics, by camera_info (of raw images and rectified ones), tf_static and tf, the
 // transforms of RealSense Viewer, and what the rig's profile knows (time offset, noise).
 //
-// `beside` is what --calibration names, "" of nothing: a whole calibration is taken as it is, and
-// what only tells a part (data/calibration/other_calibrations.h) goes before what the bag has. What
-// neither tells is one InputFault, as MakeCalibration throws it. A right camera that stands at the
-// left by its camera_info is counted, as are baselines by tf that are others, and a pose of the IMU
-// that is all zeros.
+// `beside` is what --calibration names, "" of nothing: a whole calibration is taken as it is, of it
+// the `cameras`, and what only tells a part (data/calibration/other_calibrations.h) goes before
+// what the bag has. What neither tells is one InputFault, as MakeCalibration throws it. A right
+// camera that stands at the left by its camera_info is counted, as are baselines by tf that are
+// others, and a pose of the IMU that is all zeros.
 Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string& beside, Bag* bag,
-                               Warnings* warnings, Mirrored mirrored = Mirrored::kRefused);
+                               Warnings* warnings, Mirrored mirrored = Mirrored::kRefused,
+                               const std::vector<int>& cameras = {});
 
 }  // namespace slcmap::data

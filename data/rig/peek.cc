@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "data/core/error.h"
 
@@ -42,11 +43,13 @@ std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::str
                                                       Bag* bag) {
   std::map<std::string, FirstMessage> first;
   std::vector<uint32_t> chosen;
-  size_t expected = 0;
-  for (const std::string& name : names) expected += FindTopicNamed(*bag, name) != nullptr;
+  std::set<std::string> expected;
+  for (const std::string& name : names) {
+    if (FindTopicNamed(*bag, name) != nullptr) expected.insert(name);
+  }
   for (uint32_t i = 0; i < bag->topics().size(); ++i) {
     const BagTopic& topic = bag->topics()[i];
-    if (topic.messages != 0 && std::ranges::count(names, topic.name) > 0) chosen.push_back(i);
+    if (topic.messages != 0 && expected.count(topic.name) > 0) chosen.push_back(i);
   }
   if (chosen.empty()) return first;
   int64_t seen = 0;
@@ -54,7 +57,7 @@ std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::str
     const BagTopic& topic = bag->topics()[place.topic];
     first.try_emplace(topic.name,
                       FirstMessage{topic.type, topic.encoding, {bytes.begin(), bytes.end()}});
-    return first.size() < expected && ++seen < kMostPeeked;
+    return first.size() < expected.size() && ++seen < kMostPeeked;
   });
   return first;
 }

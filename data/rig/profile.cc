@@ -141,14 +141,16 @@ void CheckResolutions(Bag* bag, std::vector<ProfileMatch>* matches) {
   }
   if (names.empty()) return;
   const auto first = ReadFirstMessages(names, bag);
-  std::erase_if(*matches, [&](ProfileMatch& match) {
+  std::erase_if(*matches, [&](const ProfileMatch& match) {
     const auto& sizes = match.profile->resolutions_px;
     if (sizes.empty()) return false;
     const auto message = first.find(match.topics.left);
     const auto look = message == first.end() ? std::nullopt : LookAtImage(message->second);
-    match.letters += kLetters;
     return !look || std::ranges::count(sizes, look->size_px) == 0;
   });
+  for (ProfileMatch& match : *matches) {
+    if (!match.profile->resolutions_px.empty()) match.letters += kLetters;
+  }
 }
 
 std::map<std::string, RigProfile> ReadProfiles(const std::string& folder) {

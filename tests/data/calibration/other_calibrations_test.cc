@@ -329,8 +329,15 @@ TEST(OtherForms, WhatIsMissingIsOneFaultWithATemplate) {
   EXPECT_THAT(FaultOfFiles(pair),
               AllOf(HasSubstr("missing is the left camera's pose to the IMU"),
                     HasSubstr("cam0: {T_imu_cam: [["), HasSubstr("--calibration")));
-  EXPECT_THAT(FaultOfFiles(left + "," + WritePart(folder, TwinRig("radtan"))),
-              AllOf(HasSubstr("missing is the right camera's intrinsics, the right camera's pose"),
+  const std::string pose = WritePart(folder, TwinRig("radtan"));
+  Warnings warnings;
+  EXPECT_FALSE(IsStereo(ReadCalibration(left + "," + pose, &warnings).rig));
+  const std::string both =
+      folder.Write("both.yaml", testing::ReadText(pose) +
+                                    "cam1:\n  T_imu_cam: [[1, 0, 0, 0.1], "
+                                    "[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n");
+  EXPECT_THAT(FaultOfFiles(left + "," + both),
+              AllOf(HasSubstr("missing is the right camera's intrinsics"),
                     HasSubstr("cam1: {camera_model: pinhole")));
   const std::string right = pair.substr(pair.find(',') + 1);
   EXPECT_THAT(FaultOfFiles(right + "," + left), HasSubstr("name the left camera's file first"));
