@@ -30,7 +30,6 @@ constexpr int kMaxCameras = 10;     // of a chain
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
 constexpr double kSameShift_s = 1e-6;  // of the two cameras
-constexpr double kMaxReadout_s = 0.1;
 
 // The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
 Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
@@ -153,17 +152,6 @@ std::optional<double> ReadTimeShift(YamlSection& camera) {
   return shift_s;
 }
 
-double ReadReadout(YamlSection& camera) {
-  double readout_s = 0;
-  camera.Read(kReadoutKey, &readout_s);
-  if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
-  throw CalibrationFault(
-      camera, kReadoutKey,
-      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
-      fmt::format("write {} in seconds from the first row to the last",
-                  KeyInFile(camera.place(), kReadoutKey)));
-}
-
 // A camera without one has that of the rig: none, or that of the left one.
 void TakeTimeShifts(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
   rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
@@ -277,12 +265,8 @@ Calibration ReadPartsAlone(const std::vector<std::string>& paths, const std::str
                            Mirrored mirrored, const std::vector<int>& cameras) {
   RigParts parts = ReadRigParts(paths, mirrored);
   const bool tells_right = parts.cameras[1] || parts.T_imu_camera[1] || parts.T_left_right;
-  if (!tells_right || cameras == std::vector{0}) parts.has_right = false;
-  if (cameras.empty() || cameras.front() == 0) return MakeCalibration(parts, place);
-  throw InputFault("cameras",
-                   fmt::format("--cameras: found {}, expected 0 or 0,1 of {}, which tells one pair",
-                               fmt::join(cameras, ","), place),
-                   "leave out --cameras, or name 0 for the left one alone");
+  if (!tells_right) parts.has_right = false;
+  return MakeCalibration(parts, place, cameras);
 }
 
 }  // namespace

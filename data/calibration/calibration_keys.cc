@@ -112,6 +112,18 @@ void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise) {
   check(keys.rate, noise->rate_hz, 1, 1e5, "Hz");
 }
 
+double ReadReadout(YamlSection& camera) {
+  constexpr double kMaxReadout_s = 0.1;
+  double readout_s = 0;
+  camera.Read(kReadoutKey, &readout_s);
+  if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
+  throw CalibrationFault(
+      camera, kReadoutKey,
+      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
+      fmt::format("write {} in seconds from the first row to the last",
+                  KeyInFile(camera.place(), kReadoutKey)));
+}
+
 Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place) {
   CameraFault fault;
   std::optional<Camera> camera = GetCamera(words, &fault);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/calibration/calibration.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
@@ -54,6 +55,9 @@ struct NoiseKeys {
   const char* rate = "update_rate";  // may be absent
 };
 void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise);
+
+// Of a camera; 0 where it is not said.
+double ReadReadout(YamlSection& camera);
 
 // The camera of such words; `place` stands in the fault.
 Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place);

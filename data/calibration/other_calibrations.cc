@@ -137,6 +137,7 @@ void ReadKalibrPart(YamlSection* root, Gathered* gathered) {
     if (i == 0 && camera.Has("timeshift_cam_imu")) {
       parts.camera_time_offset_s = RequiredValue<double>(camera, "timeshift_cam_imu");
     }
+    if (camera.Has(kReadoutKey)) parts.readout_s[static_cast<size_t>(i)] = ReadReadout(camera);
     for (const char* key : {"timeshift_cam_imu", "rostopic", "cam_overlaps", "T_cam_imu"})
       camera.Skip(key);
     camera.Finish();
@@ -225,7 +226,7 @@ std::vector<std::string> SplitCalibrationPaths(const std::string& path) {
 
 bool TellsParts(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return false;
+  if (path.empty() || std::filesystem::is_directory(path, error)) return false;
   const std::vector<std::string> paths = SplitCalibrationPaths(path);
   return paths.size() > 2 || FindCalibrationForm(paths.front());
 }

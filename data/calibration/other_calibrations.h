@@ -21,7 +21,7 @@ namespace slcmap::inline data {
 // A file or folder, or several by commas, as --calibration names them.
 std::vector<std::string> SplitCalibrationPaths(const std::string& path);
 
-// Whether these are files for ReadRigParts.
+// Whether these are files for ReadRigParts; "" is none.
 bool TellsParts(const std::string& path);
 
 // The name of a file's form as above; nothing of a whole Kalibr chain and of what is none of these.

@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
 
@@ -57,6 +59,25 @@ std::string ShowTemplate(const RigParts& parts) {
   return text;
 }
 
+// Those that are wanted, or all; of the left one alone nothing of the right one has to be known.
+std::vector<int> ChooseParts(const std::vector<int>& wanted, const std::string& place,
+                             RigParts* parts) {
+  if (wanted == std::vector{0}) parts->has_right = false;
+  const int count = parts->has_right ? 2 : 1;
+  const bool are_there =
+      wanted.size() <= 2 && std::ranges::all_of(wanted, [&](int camera) {
+        return camera >= 0 && camera < count && std::ranges::count(wanted, camera) == 1;
+      });
+  if (!are_there) {
+    throw InputFault("cameras",
+                     fmt::format("--cameras: found {}, expected {} of {}", fmt::join(wanted, ","),
+                                 count == 2 ? "0, 1 or both" : "0", place),
+                     "name cameras that the calibration has, as --cameras 0,1");
+  }
+  if (!wanted.empty()) return wanted;
+  return count == 2 ? std::vector{0, 1} : std::vector{0};
+}
+
 std::string Join(const std::vector<std::string>& words) {
   return words.empty() ? "nothing" : fmt::format("{}", fmt::join(words, ", "));
 }
@@ -67,6 +88,7 @@ void AddParts(const RigParts& others, RigParts* parts) {
   for (size_t i = 0; i < 2; ++i) {
     TakeMissing(others.cameras[i], &parts->cameras[i]);
     TakeMissing(others.T_imu_camera[i], &parts->T_imu_camera[i]);
+    TakeMissing(others.readout_s[i], &parts->readout_s[i]);
   }
   TakeMissing(others.T_left_right, &parts->T_left_right);
   TakeMissing(others.camera_time_offset_s, &parts->camera_time_offset_s);
@@ -82,8 +104,10 @@ bool IsWhole(const RigParts& some) {
   return ListMissing(parts).empty();
 }
 
-Calibration MakeCalibration(const RigParts& some, const std::string& place) {
+Calibration MakeCalibration(const RigParts& some, const std::string& place,
+                            const std::vector<int>& wanted) {
   RigParts parts = some;
+  const std::vector<int> cameras = ChooseParts(wanted, place, &parts);
   DerivePoses(&parts);
   const std::vector<std::string> missing = ListMissing(parts);
   if (!missing.empty()) {
@@ -97,10 +121,12 @@ Calibration MakeCalibration(const RigParts& some, const std::string& place) {
   }
   Calibration calibration;
   Rig& rig = calibration.rig;
-  for (size_t i = 0; i < (parts.has_right ? 2u : 1u); ++i) {
-    rig.cameras[i] = *parts.cameras[i];
-    rig.T_imu_camera[i] = *parts.T_imu_camera[i];
-    calibration.cameras.push_back(static_cast<int>(i));
+  calibration.cameras = cameras;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const auto of = static_cast<size_t>(cameras[i]);
+    rig.cameras[i] = *parts.cameras[of];
+    rig.T_imu_camera[i] = *parts.T_imu_camera[of];
+    rig.readout_s[i] = parts.readout_s[of].value_or(0);
   }
   rig.camera_time_offset_s = parts.camera_time_offset_s.value_or(0);
   rig.imu_correction = parts.imu_correction.value_or(ImuCorrection());

@@ -16,6 +16,7 @@ struct RigParts {
   std::array<std::optional<Camera>, 2> cameras;
   std::array<std::optional<RigidTransform>, 2> T_imu_camera;
   std::optional<RigidTransform> T_left_right;
+  std::array<std::optional<double>, 2> readout_s;
   std::optional<double> camera_time_offset_s;  // as Rig has it
   std::optional<ImuNoise> imu_noise;
   std::optional<ImuCorrection> imu_correction;
@@ -29,9 +30,11 @@ void AddParts(const RigParts& others, RigParts* parts);
 // Whether all cameras and poses are known.
 bool IsWhole(const RigParts& parts);
 
-// The whole rig; without noise, a typical one is taken (Calibration::without_noise is then
-// `place`), and without an offset none. Throws one InputFault where cameras or poses are missing:
-// what was found, all that is missing, and how to say it; and what CheckRig throws.
-Calibration MakeCalibration(const RigParts& parts, const std::string& place);
+// The whole rig, or the one or two `cameras` of it; without noise, a typical one is taken
+// (Calibration::without_noise is then `place`), and without an offset none. Throws one InputFault
+// where cameras or poses are missing: what was found, all that is missing, and how to say it; and
+// what CheckRig throws, and for cameras that are not 0 or 1.
+Calibration MakeCalibration(const RigParts& parts, const std::string& place,
+                            const std::vector<int>& cameras = {});
 
 }  // namespace slcmap::data

@@ -270,7 +270,7 @@ Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string&
     AddParts(BagRig(topics, known, bag, warnings).Read(), &parts);
   }
   if (is_known) AddParts(ProfileParts(profile->second), &parts);
-  return MakeCalibration(parts, bag->path());
+  return MakeCalibration(parts, bag->path(), cameras);
 }
 
 }  // namespace slcmap::data

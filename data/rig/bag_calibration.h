@@ -16,11 +16,12 @@ inline constexpr const char* kCamerasSwapped = "right_cameras_at_the_left_by_cam
 inline constexpr const char* kBaselinesDiffer = "right_cameras_elsewhere_by_tf";
 inline constexpr const char* kImuPoseIsZero = "imu_poses_of_zeros";
 
-// The rig of these topics, by camera_info (of raw images and rectified ones), tf_static and tf, the
-// transforms of RealSense Viewer, and what the rig's profile knows (time offset, noise).
+// The rig of these topics, or the one or two `cameras` of it, by camera_info (of raw images and
+// rectified ones), tf_static and tf, the transforms of RealSense Viewer, and what the rig's profile
+// knows (time offset, noise).
 //
-// `beside` is what --calibration names, "" of nothing: a whole calibration is taken as it is, of it
-// the `cameras`, and what only tells a part (data/calibration/other_calibrations.h) goes before
+// `beside` is what --calibration names, "" of nothing: a whole calibration is taken as it is, and
+// what only tells a part (data/calibration/other_calibrations.h) goes before
 // what the bag has. What neither tells is one InputFault, as MakeCalibration throws it. A right
 // camera that stands at the left by its camera_info is counted, as are baselines by tf that are
 // others, and a pose of the IMU that is all zeros.

@@ -316,10 +316,10 @@ class BagTables : public RecordingTables {
     return rows;
   }
 
-  Calibration FindCalibration(const SequenceOptions& options, const std::vector<int>&,
+  Calibration FindCalibration(const SequenceOptions& options, const std::vector<int>& cameras,
                               Warnings* warnings) const override {
     return ReadBagCalibration(listing_->topics, options.calibration, listing_->store->bag(),
-                              warnings, options.mirrored);
+                              warnings, options.mirrored, cameras);
   }
 
  private:
