@@ -116,7 +116,8 @@ class Odometry::Impl {
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
     estimator_.SetLensShifts(ComputeLensShifts(rig, rectifier_.rectified_rig()));
-    estimator_.SetRowTimes(RowTimes(rig_, rectifier_.rectified_rig()));
+    estimator_.SetRowTimes(
+        RowTimes(rig_, rectifier_.rectified_rig(), options_.calibration.readout));
   }
 
   void AddImu(const ImuSample& sample) {

@@ -15,6 +15,7 @@ struct CalibrationOptions {
   bool imu_axes = true;        // of the same: off the right angle, and turned against each other
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
+  bool readout = false;        // of rolling shutters, by points; both cameras have the same
   bool right_centre = true;    // principal point of the right camera, against the left one's
   // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
   // was calibrated: its turns about y and z are then tied to the given ones from the start (see
@@ -36,6 +37,7 @@ struct CalibrationOptions {
   double right_rotation_sigma_rad = 0.002;
   double focal_length_sigma = 0.002;  // relative
   double right_centre_sigma_px = 2;
+  double readout_sigma_s = 0.01;
   // Beyond these an estimate is not believed, and the given value is used.
   double max_time_offset_s = 0.15;
   double max_imu_rotation_rad = 0.09;

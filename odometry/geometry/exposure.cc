@@ -19,8 +19,8 @@ RigidTransform CameraAt(double after_s, const RigidTransform& T_body_camera,
 
 }  // namespace
 
-RowTimes::RowTimes(const Rig& given, const Rig& rectified)
-    : at_once_(IsTakenAtOnce(given)), given_(given) {
+RowTimes::RowTimes(const Rig& given, const Rig& rectified, bool estimates)
+    : at_once_(IsTakenAtOnce(given) && !estimates), given_(given) {
   for (size_t c = 0; c < 2; ++c) {
     R_camera_rectified_[c] =
         given.T_imu_camera[c].rotation.conjugate() * rectified.T_imu_camera[c].rotation;
@@ -37,7 +37,7 @@ TimedPlace RowTimes::Of(int camera, const Vector2d& on_plane) const {
   const Camera& lens = given_.cameras[camera];
   const auto pixel = lens.Project(R_camera_rectified_[camera] * on_plane.homogeneous());
   const double row_px = pixel ? pixel->y() : 0.5 * (lens.height_px - 1);
-  return {on_plane, RowTime_s(given_, camera, row_px)};
+  return {on_plane, RowTime_s(given_, camera, row_px), (row_px + 0.5) / lens.height_px - 0.5};
 }
 
 FeltMotion FeltAround(const ImuBuffer& imu, int64_t stamp_ns, double reach_s) {

@@ -15,17 +15,23 @@
 namespace slcmap::inline odometry {
 
 // A place on the plane z = 1 of a rectified camera as it was measured, and how long after the stamp
-// of its pair.
+// of its pair; were the readout longer, by that share of it later.
 struct TimedPlace {
   Eigen::Vector2d on_plane = Eigen::Vector2d::Zero();
   double after_s = 0;
+  double readout_share = 0;
+
+  TimedPlace WithReadoutLonger(double by_s) const {
+    return {on_plane, after_s + by_s * readout_share, readout_share};
+  }
 };
 
 // When rows are exposed, of places in rectified images.
 class RowTimes {
  public:
   RowTimes() = default;  // all at the stamp
-  RowTimes(const Rig& given, const Rig& rectified);
+  // `estimates`: rows may be exposed at other times than is given.
+  RowTimes(const Rig& given, const Rig& rectified, bool estimates = false);
 
   bool at_once() const { return at_once_; }
   // How far from the stamp rows are exposed, at most.

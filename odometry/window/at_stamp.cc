@@ -33,6 +33,7 @@ class FrameAtStamp {
   FrameAtStamp(const WindowState& window, const CostModel& model, const FrameState& frame)
       : window_(window),
         geometry_(model.geometry),
+        readout_change_s_(model.readout_change_s),
         motion_(MotionOf(frame, *model.calibration)),
         T_world_body_(frame.T_world_imu()) {
     std::vector<double> depths;
@@ -44,11 +45,7 @@ class FrameAtStamp {
 
   void Bring(int64_t id, StereoMeasurement* point) const {
     if (point->timed.empty()) return;
-    std::optional<Vector3d> p_body;
-    const auto known = window_.landmarks.find(id);
-    if (known != window_.landmarks.end() && known->second.triangulated) {
-      p_body = T_world_body_.Inverse() * LandmarkInWorld(known->second, geometry_);
-    }
+    const std::optional<Vector3d> p_body = PointInBody(id);
     const double depth = StereoDepth(*point).value_or(usual_per_m_);
     point->left = Place(point->timed[0], 0, p_body, depth);
     if (point->right) point->right = Place(point->timed[1], 1, p_body, depth);
@@ -67,10 +64,31 @@ class FrameAtStamp {
     if (line->right) line->right = LineSegment{place(1, 0), place(1, 1)};
   }
 
+  // How the place at the stamp moves with the readout, of a point that is known; else nothing.
+  std::optional<Vector2d> ByReadout(int64_t id, const TimedPlace& timed, size_t camera) const {
+    constexpr double kStep_s = 1e-4;
+    const std::optional<Vector3d> p_body = PointInBody(id);
+    if (!p_body) return std::nullopt;
+    return (Place(timed.WithReadoutLonger(kStep_s), camera, p_body, 0) -
+            Place(timed.WithReadoutLonger(-kStep_s), camera, p_body, 0)) /
+           (2 * kStep_s);
+  }
+
  private:
   std::optional<double> StereoDepth(const StereoMeasurement& point) const {
     if (point.timed.size() < 2 || !point.right) return std::nullopt;
-    return InverseDepth(point.timed[0], point.timed[1], geometry_.T_imu_camera, motion_);
+    return InverseDepth(AsKnown(point.timed[0]), AsKnown(point.timed[1]), geometry_.T_imu_camera,
+                        motion_);
+  }
+
+  TimedPlace AsKnown(const TimedPlace& timed) const {
+    return timed.WithReadoutLonger(readout_change_s_);
+  }
+
+  std::optional<Vector3d> PointInBody(int64_t id) const {
+    const auto known = window_.landmarks.find(id);
+    if (known == window_.landmarks.end() || !known->second.triangulated) return std::nullopt;
+    return T_world_body_.Inverse() * LandmarkInWorld(known->second, geometry_);
   }
 
   // The point of the line, in the body, that a place in an image shows.
@@ -78,15 +96,16 @@ class FrameAtStamp {
                                  const TimedPlace& timed, size_t camera) const {
     if (!line) return std::nullopt;
     const RigidTransform T_world_camera =
-        T_world_body_ * motion_.At(timed.after_s) * geometry_.T_imu_camera[camera];
+        T_world_body_ * motion_.At(AsKnown(timed).after_s) * geometry_.T_imu_camera[camera];
     const Vector3d ray = T_world_camera.rotation * timed.on_plane.homogeneous().normalized();
     const auto p_world = NearestOnLine(*line, T_world_camera.translation, ray);
     if (!p_world) return std::nullopt;
     return T_world_body_.Inverse() * *p_world;
   }
 
-  Vector2d Place(const TimedPlace& timed, size_t camera, const std::optional<Vector3d>& p_body,
+  Vector2d Place(const TimedPlace& given, size_t camera, const std::optional<Vector3d>& p_body,
                  double inverse_depth_per_m) const {
+    const TimedPlace timed = AsKnown(given);
     const RigidTransform& T_body_camera = geometry_.T_imu_camera[camera];
     std::optional<Vector2d> place;
     if (p_body) place = AtMoment(timed, T_body_camera, motion_, *p_body);
@@ -95,6 +114,7 @@ class FrameAtStamp {
 
   const WindowState& window_;
   const StereoGeometry& geometry_;
+  double readout_change_s_;
   BodyMotion motion_;
   RigidTransform T_world_body_;
   double usual_per_m_ = 0;  // inverse depth of what the frame shows
@@ -130,6 +150,46 @@ void BringToStamp(const WindowState& window, const CostModel& model, FrameState*
 
 void BringToStamps(const CostModel& model, WindowState* window) {
   for (auto& frame : window->frames) BringToStamp(*window, model, frame.get());
+}
+
+ReadoutEstimate::ReadoutEstimate(double sigma_s)
+    : information_per_s2_(sigma_s > 0 ? 1 / (sigma_s * sigma_s) : 0) {}
+
+void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
+  // Errors of neighbouring keyframes are common: what was known before counts less each time.
+  constexpr double kKept = 0.95;
+  if (information_per_s2_ == 0) return;
+  const FrameState& frame = *window.frames.back();
+  const FrameAtStamp at_stamp(window, *model, frame);
+  Eigen::Matrix<double, 7, 7> information = Eigen::Matrix<double, 7, 7>::Identity();
+  Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
+  for (const auto& [id, measurement] : frame.measurements) {
+    const auto known = window.landmarks.find(id);
+    if (known == window.landmarks.end() || !known->second.triangulated) continue;
+    if (known->second.host() == &frame || measurement.timed.empty()) continue;
+    const FixedTerm term = FixedPointTerm(known->second, frame, *model);
+    Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> by_pose(term.factor->rows(), 6);
+    Eigen::VectorXd residual(term.factor->rows());
+    std::array<double*, Factor::kMaxBlocks> jacobians{};
+    jacobians[1] = by_pose.data();
+    term.factor->Linearize(term.blocks.data(), residual.data(), jacobians.data());
+    for (int camera = 0; 2 * camera < term.factor->rows(); ++camera) {
+      const auto by_readout = at_stamp.ByReadout(id, measurement.timed[camera], camera);
+      if (!by_readout) continue;
+      Eigen::Matrix<double, 2, 7> row;
+      row << by_pose.middleRows<2>(2 * camera), -model->geometry.weight * *by_readout;
+      const Vector2d r = residual.segment<2>(2 * camera);
+      const double weight = 1 / std::max(1.0, r.norm());  // Huber's
+      information += weight * row.transpose() * row;
+      gradient += weight * row.transpose() * r;
+    }
+  }
+  const auto of_pose = information.topLeftCorner<6, 6>().ldlt();
+  const Eigen::Matrix<double, 6, 1> coupling = information.topRightCorner<6, 1>();
+  const double known_per_s2 = information(6, 6) - coupling.dot(of_pose.solve(coupling));
+  const double slope = gradient[6] - coupling.dot(of_pose.solve(gradient.head<6>()));
+  information_per_s2_ = kKept * information_per_s2_ + std::max(0.0, known_per_s2);
+  model->readout_change_s -= slope / information_per_s2_;
 }
 
 }  // namespace slcmap::odometry

@@ -20,4 +20,19 @@ void BringToStamp(const WindowState& window, const CostModel& model, FrameState*
 // Of all frames of the window.
 void BringToStamps(const CostModel& model, WindowState* window);
 
+// The readout of rolling shutters, less the given one, as points tell it: a number beside the
+// states of the window, improved after each optimisation of these.
+class ReadoutEstimate {
+ public:
+  // sigma_s: of the given readout; 0 where it is held.
+  explicit ReadoutEstimate(double sigma_s = 0);
+
+  // By the points of the newest frame, whose pose is not taken as known; changes
+  // model->readout_change_s.
+  void Improve(const WindowState& window, CostModel* model);
+
+ private:
+  double information_per_s2_ = 0;
+};
+
 }  // namespace slcmap::odometry

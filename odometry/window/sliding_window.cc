@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
-#include "odometry/window/at_stamp.h"
 #include "odometry/window/line_priors.h"
 #include "odometry/window/point_landmarks.h"
 #include "odometry/window/window_state.h"
@@ -69,7 +68,8 @@ SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectifi
       rig_(rectified_rig),
       structure_(options, rectified_rig),
       calibration_prior_(WhatTells(options, rectified_rig)),
-      calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()) {
+      calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()),
+      readout_(options.calibration.readout ? options.calibration.readout_sigma_s : 0) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
@@ -230,6 +230,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   known_calibration_.reset();
   model_.calibration_ties = calibration_ties_.weights();
   iterations_ += Optimize(options_.max_iterations).iterations;
+  readout_.Improve(state_, &model_);
   fit_ = MeasureWindowFit(model_, state_);
   FinishedIds finished = RejectOutliers();
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {

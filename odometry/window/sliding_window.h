@@ -8,6 +8,7 @@
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/run/run.h"
+#include "odometry/window/at_stamp.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/options.h"
 #include "odometry/window/point_landmarks.h"
@@ -131,6 +132,7 @@ class SlidingWindow {
   Structure structure_;
   CalibrationPrior calibration_prior_;
   NominalPrior calibration_ties_;
+  ReadoutEstimate readout_;
   std::optional<CalibrationBelief> known_calibration_;  // when the oldest keyframe left
   WindowState state_;
   StateInformation information_;
