@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/calibration/calibration_keys.h"
+#include "data/calibration/camera_times.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/other_calibrations.h"
@@ -29,7 +30,6 @@ constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
 constexpr int kMaxCameras = 10;     // of a chain
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
-constexpr double kSameShift_s = 1e-6;  // of the two cameras
 
 // The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
 Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
@@ -143,37 +143,6 @@ void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   if (root.Has("imu0")) root.Finish();
 }
 
-constexpr char kTimeShift[] = "timeshift_cam_imu";
-
-std::optional<double> ReadTimeShift(YamlSection& camera) {
-  if (!camera.Has(kTimeShift)) return std::nullopt;
-  double shift_s = 0;
-  camera.Read(kTimeShift, &shift_s);
-  return shift_s;
-}
-
-// A camera without one has that of the rig: none, or that of the left one.
-void TakeTimeShifts(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
-  rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
-  const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
-  const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
-  if (apart_s > kMinRightOffset_s && apart_s <= kMaxRightOffset_s) {
-    rig->right_time_offset_s = shift_s - rig->camera_time_offset_s;
-    return;
-  }
-  if (!(apart_s <= kMaxRightOffset_s)) {
-    throw InputFault(
-        "calibration",
-        fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
-                    kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
-                    kMaxRightOffset_s),
-        fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
-                    "cam{}, and write the latter's shift as {}",
-                    used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
-  }
-  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, used[1]->place);
-}
-
 // Makes the rig of the cameras that are used.
 void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& wanted,
                  Calibration* calibration, Warnings* warnings) {
@@ -183,11 +152,10 @@ void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& 
   for (size_t i = 0; i < used.size(); ++i) {
     calibration->rig.cameras[i] = used[i]->camera;
     calibration->rig.T_imu_camera[i] = used[i]->T_imu_camera;
-    calibration->rig.readout_s[i] = used[i]->readout_s;
     calibration->cameras.push_back(used[i]->index);
     calibration->source += (i == 0 ? "" : ", ") + used[i]->source;
   }
-  TakeTimeShifts(used, &calibration->rig, warnings);
+  TakeTimes(used, &calibration->rig, warnings);
   if (chain.size() <= used.size()) return;
   if (used.size() == 1 && wanted.empty()) {
     warnings->Add("cameras_left_out_that_look_another_way", chain.back().place);
@@ -330,8 +298,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
                        T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),
-                       ReadTimeShift(camera), camera.place(), fmt::format("cam{}", i),
-                       ReadReadout(camera)});
+                       std::nullopt, camera.place(), fmt::format("cam{}", i)});
+      ReadTimes(&camera, &chain.back());
       FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
     }
     if (chain.size() == 1 && Exists(folder + "/cam1")) {
@@ -364,8 +332,8 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       }
       YamlSection camera = root.Section(name);
       ChainCamera& read = chain.emplace_back(ChainCamera{
-          i, ReadCamera(camera, "distortion_coeffs"), {}, ReadTimeShift(camera), camera.place()});
-      read.readout_s = ReadReadout(camera);
+          i, ReadCamera(camera, "distortion_coeffs"), {}, std::nullopt, camera.place()});
+      ReadTimes(&camera, &read);
       const auto previous = std::ranges::find(chain, i - 1, &ChainCamera::index);
       read.T_imu_camera = ReadKalibrPose(
           camera, i, previous == chain.end() ? std::nullopt : std::optional(previous->T_imu_camera),

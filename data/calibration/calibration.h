@@ -9,13 +9,6 @@
 
 namespace slcmap::inline data {
 
-// Between the images of a pair: what is further apart in time is taken for a mistake.
-inline constexpr double kMaxRightOffset_s = 0.03;
-inline constexpr double kMinRightOffset_s = 1e-3;  // less is how stamps and calibrations scatter
-
-// Of a camera, in both forms: Rig::readout_s.
-inline constexpr const char* kReadoutKey = "readout_s";
-
 struct Calibration {
   Rig rig;
   std::string source;         // the files and the transforms read from them, for the user to see

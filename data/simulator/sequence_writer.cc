@@ -11,7 +11,7 @@
 #include <mutex>
 #include <vector>
 
-#include "data/calibration/calibration.h"
+#include "data/calibration/camera_times.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "data/calibration/calibration.h"
+#include "data/calibration/camera_times.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/mask.h"

@@ -40,6 +40,22 @@ TimedPlace RowTimes::Of(int camera, const Vector2d& on_plane) const {
   return {on_plane, RowTime_s(given_, camera, row_px), (row_px + 0.5) / lens.height_px - 0.5};
 }
 
+double RowTimes::LooksAhead_s() const { return at_once_ ? 0 : std::max(reach_s(), kFeltAround_s); }
+
+std::vector<TimedPlace> RowTimes::Of(const Vector2d& left,
+                                     const std::optional<Vector2d>& right) const {
+  if (at_once_) return {};
+  if (!right) return {Of(0, left)};
+  return {Of(0, left), Of(1, *right)};
+}
+
+std::vector<TimedPlace> RowTimes::Of(const LineSegment& left,
+                                     const std::optional<LineSegment>& right) const {
+  if (at_once_) return {};
+  if (!right) return {Of(0, left.start), Of(0, left.end)};
+  return {Of(0, left.start), Of(0, left.end), Of(1, right->start), Of(1, right->end)};
+}
+
 FeltMotion FeltAround(const ImuBuffer& imu, int64_t stamp_ns, double reach_s) {
   const int64_t reach_ns = ToNanoseconds(std::max(reach_s, kFeltAround_s));
   const std::vector<ImuSample> samples = imu.Between(stamp_ns - reach_ns, stamp_ns + reach_ns);

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "data/core/rigid_transform.h"
 #include "data/core/types.h"
@@ -38,7 +39,16 @@ class RowTimes {
   double reach_s() const;
   double right_offset_s() const { return given_.right_time_offset_s; }
 
+  // For how long after a stamp IMU samples have to be there; 0 where all is exposed at it.
+  double LooksAhead_s() const;
+
   TimedPlace Of(int camera, const Eigen::Vector2d& on_plane) const;
+  // Of a point and of a segment's ends, left and (where seen) right; none where all is exposed at
+  // the stamp.
+  std::vector<TimedPlace> Of(const Eigen::Vector2d& left,
+                             const std::optional<Eigen::Vector2d>& right) const;
+  std::vector<TimedPlace> Of(const LineSegment& left,
+                             const std::optional<LineSegment>& right) const;
 
  private:
   bool at_once_ = true;

@@ -34,7 +34,7 @@ class FrameAtStamp {
       : window_(window),
         geometry_(model.geometry),
         readout_change_s_(model.readout_change_s),
-        motion_(MotionOf(frame, *model.calibration)),
+        motion_(GetMotion(frame, *model.calibration)),
         T_world_body_(frame.T_world_imu()) {
     std::vector<double> depths;
     for (const auto& [id, point] : frame.measurements) {
@@ -127,7 +127,7 @@ bool IsTimed(const FrameState& frame) {
 
 }  // namespace
 
-BodyMotion MotionOf(const FrameState& frame, const CalibrationState& calibration) {
+BodyMotion GetMotion(const FrameState& frame, const CalibrationState& calibration) {
   const double* imu = calibration.imu.data();
   const ImuCorrection correction = MakeCorrection(GetErrors(imu));
   const Eigen::Quaterniond R_body_imu = BodyFromImu(imu).rotation;

@@ -9,7 +9,7 @@
 namespace slcmap::inline odometry {
 
 // How the body moves about the moment of a frame, as its state and what the IMU felt have it.
-BodyMotion MotionOf(const FrameState& frame, const CalibrationState& calibration);
+BodyMotion GetMotion(const FrameState& frame, const CalibrationState& calibration);
 
 // Where a measurement would have been at the stamp: so placed, it has in a term of the window the
 // residual that it has at its own time, by the states as they are. To be done again where they have

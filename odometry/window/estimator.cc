@@ -80,24 +80,14 @@ void Estimator::SetLensShifts(const std::array<LensShift, 2>& shifts) {
   right_ = RightRectification(rig_.cameras[1], shifts[1]);
 }
 
-int64_t Estimator::LooksAhead_ns() const {
-  if (row_times_.at_once()) return 0;
-  return ToNanoseconds(std::max(row_times_.reach_s(), kFeltAround_s));
-}
-
 Quaterniond Estimator::RightTurnSince(int64_t stamp_ns) const {
   const FeltMotion felt = FeltAround(imu_, stamp_ns, row_times_.reach_s());
-  const ImuCorrection correction = MakeCorrection(tracking_.errors);
+  const Eigen::Matrix3d gyro = MakeCorrection(tracking_.errors).gyro;
   BodyMotion motion;
-  motion.rate_rad_s = tracking_.R_body_imu * (correction.gyro * felt.rate_rad_s - gyro_bias_rad_s_);
-  motion.rate_change_rad_s2 = tracking_.R_body_imu * (correction.gyro * felt.rate_change_rad_s2);
+  motion.rate_rad_s = tracking_.R_body_imu * (gyro * felt.rate_rad_s - gyro_bias_rad_s_);
+  motion.rate_change_rad_s2 = tracking_.R_body_imu * (gyro * felt.rate_change_rad_s2);
   const Quaterniond& R_imu_right = rig_.T_imu_camera[1].rotation;
   return R_imu_right.conjugate() * motion.At(row_times_.right_offset_s()).rotation * R_imu_right;
-}
-
-double Estimator::RightRowsMove_px() const {
-  constexpr double kNear_m = 0.7;
-  return rig_.cameras[1].fx_px * last_speed_m_s_ * std::abs(row_times_.right_offset_s()) / kNear_m;
 }
 
 RightCorrection Estimator::KnownRight() const {
@@ -241,9 +231,7 @@ void Estimator::TakeMeasurements(FrameState* frame) const {
     measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
     measurement.right.reset();
     if (point.right_px) measurement.right = right_.GivenPlane(*point.right_px);
-    if (row_times_.at_once()) continue;
-    measurement.timed = {row_times_.Of(0, measurement.left)};
-    if (measurement.right) measurement.timed.push_back(row_times_.Of(1, *measurement.right));
+    measurement.timed = row_times_.Of(measurement.left, measurement.right);
   }
 }
 
@@ -425,13 +413,7 @@ void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
       measurement.right = LineSegment{right_.GivenPlane(line.right_px->start),
                                       right_.GivenPlane(line.right_px->end)};
     }
-    if (row_times_.at_once()) continue;
-    const auto take = [&](int camera, const LineSegment& segment) {
-      measurement.timed.push_back(row_times_.Of(camera, segment.start));
-      measurement.timed.push_back(row_times_.Of(camera, segment.end));
-    };
-    take(0, measurement.left);
-    if (measurement.right) take(1, *measurement.right);
+    measurement.timed = row_times_.Of(measurement.left, measurement.right);
   }
 }
 

@@ -69,12 +69,16 @@ class Estimator {
   // When rows of images are exposed; all at the stamp without. Samples have to be there for so much
   // after an image's stamp (0 where all is exposed at it).
   void SetRowTimes(const RowTimes& times) { row_times_ = times; }
-  int64_t LooksAhead_ns() const;
+  int64_t LooksAhead_ns() const { return ToNanoseconds(row_times_.LooksAhead_s()); }
 
   // How the right camera turns, in its rectified frame, from a stamp until its image is taken, and
   // by how much it moves across rows at most meanwhile.
   Eigen::Quaterniond RightTurnSince(int64_t stamp_ns) const;
-  double RightRowsMove_px() const;
+  double RightRowsMove_px() const {
+    constexpr double kNear_m = 0.7;
+    return rig_.cameras[1].fx_px * last_speed_m_s_ * std::abs(row_times_.right_offset_s()) /
+           kNear_m;
+  }
 
   // What the window knows of the right camera, and how far the rows of right images are off by that
   // as they are rectified now.

@@ -46,7 +46,7 @@ class RollingFrames : public ::testing::Test {
   }
 
   RigidTransform CameraPose(const FrameState& frame, int camera, double after_s) const {
-    return frame.T_world_imu() * MotionOf(frame, *model_.calibration).At(after_s) *
+    return frame.T_world_imu() * GetMotion(frame, *model_.calibration).At(after_s) *
            model_.geometry.T_imu_camera[camera];
   }
 

@@ -1,0 +1,54 @@
+#include "data/calibration/camera_times.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+
+#include "data/calibration/imu_calibration.h"
+
+namespace slcmap::inline data {
+namespace {
+
+constexpr char kTimeShift[] = "timeshift_cam_imu";
+constexpr double kSameShift_s = 1e-6;  // of the two cameras
+constexpr double kMaxReadout_s = 0.1;
+
+}  // namespace
+
+void ReadTimes(YamlSection* section, ChainCamera* camera) {
+  if (section->Has(kTimeShift)) {
+    section->Read(kTimeShift, &camera->time_shift_s.emplace());
+  }
+  double& readout_s = camera->readout_s;
+  section->Read(kReadoutKey, &readout_s);
+  if (std::abs(readout_s) <= kMaxReadout_s) return;
+  throw CalibrationFault(
+      *section, kReadoutKey,
+      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
+      fmt::format("write {} in seconds from the first row to the last",
+                  KeyInFile(section->place(), kReadoutKey)));
+}
+
+void TakeTimes(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
+  for (size_t i = 0; i < used.size(); ++i) rig->readout_s[i] = used[i]->readout_s;
+  rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
+  const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
+  const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
+  if (apart_s > kMinRightOffset_s && apart_s <= kMaxRightOffset_s) {
+    rig->right_time_offset_s = shift_s - rig->camera_time_offset_s;
+    return;
+  }
+  if (!(apart_s <= kMaxRightOffset_s)) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
+                    kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
+                    kMaxRightOffset_s),
+        fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
+                    "cam{}, and write the latter's shift as {}",
+                    used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
+  }
+  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, used[1]->place);
+}
+
+}  // namespace slcmap::data
