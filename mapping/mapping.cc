@@ -287,9 +287,10 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
     RunPipeStage(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
   }
   if (!options.stages.building) return;
+  ViewCameras cameras(recorded.views, map->rectified_rig);
+  cameras.left_mask = recorded.images->mask(0);
   try {
-    RunBuildingStage(std::move(rays), {ViewCameras(recorded.views, map->rectified_rig)}, options,
-                     progress.Part(kPipesUntil, 1), map);
+    RunBuildingStage(std::move(rays), {cameras}, options, progress.Part(kPipesUntil, 1), map);
   } catch (const StoppedError&) {
     spdlog::debug("the building was interrupted");
   }

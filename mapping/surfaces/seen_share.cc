@@ -147,7 +147,8 @@ struct SeenCell {
   Vector3d way = Vector3d::UnitZ();  // of its ray, in world, at depth 1
   float front_z_m = std::numeric_limits<float>::infinity();
   float back_z_m = std::numeric_limits<float>::infinity();
-  size_t point = 0;  // at the front
+  size_t point = 0;     // at the front
+  bool is_true = true;  // the image shows the building there
 };
 
 // A place that was seen.
@@ -159,18 +160,21 @@ struct SeenPlace {
 
 class SeenImage {
  public:
-  SeenImage(const Camera& camera, const RigidTransform& T_camera_world)
-      : camera_(camera),
+  SeenImage(const ViewCameras& rig, const RigidTransform& T_camera_world)
+      : camera_(rig.cameras[0]),
         T_camera_world_(T_camera_world),
         centre_(T_camera_world.Inverse().translation),
-        columns_(camera.width_px / kCell_px),
-        rows_(camera.height_px / kCell_px),
+        columns_(camera_.width_px / kCell_px),
+        rows_(camera_.height_px / kCell_px),
         cells_(static_cast<size_t>(columns_) * rows_) {
     for (int row = 0; row < rows_; ++row) {
       for (int column = 0; column < columns_; ++column) {
         const Eigen::Vector2d px((column + 0.5) * kCell_px - 0.5, (row + 0.5) * kCell_px - 0.5);
-        At(column, row).way = T_camera_world.rotation.conjugate() *
-                              Vector3d(PlaneFromPixel(camera, px).homogeneous());
+        SeenCell& cell = At(column, row);
+        cell.way = T_camera_world.rotation.conjugate() *
+                   Vector3d(PlaneFromPixel(camera_, px).homogeneous());
+        cell.is_true = rig.left_mask.empty() ||
+                       rig.left_mask.at<uchar>(static_cast<int>(px.y()), static_cast<int>(px.x()));
       }
     }
   }
@@ -193,6 +197,7 @@ class SeenImage {
     std::vector<double> ranges_m(cells_.size(), kNowhere_m);
     std::vector<size_t> open;
     for (size_t i = 0; i < cells_.size(); ++i) {
+      if (!cells_[i].is_true) continue;
       SeenPlace place;
       place.way = cells_[i].way.normalized();
       const Meeting meeting = Meet(map.building, screens, centre_, place.way);
@@ -296,9 +301,9 @@ class SeenImage {
 };
 
 // The left images that are looked at, of all rigs.
-std::vector<std::pair<const Camera*, const RigidTransform*>> ImagesToLookAt(
+std::vector<std::pair<const ViewCameras*, const RigidTransform*>> ImagesToLookAt(
     const std::vector<ViewCameras>& watchers) {
-  std::vector<std::pair<const Camera*, const RigidTransform*>> apart, some;
+  std::vector<std::pair<const ViewCameras*, const RigidTransform*>> apart, some;
   for (const ViewCameras& rig : watchers) {
     const RigidTransform* last = nullptr;
     for (const auto& [left, right] : rig.T_camera_world) {
@@ -308,7 +313,7 @@ std::vector<std::pair<const Camera*, const RigidTransform*>> ImagesToLookAt(
         continue;
       }
       last = &left;
-      apart.emplace_back(&rig.cameras[0], &left);
+      apart.emplace_back(&rig, &left);
     }
   }
   const size_t every = apart.size() / kMostViews + 1;

@@ -48,6 +48,7 @@ inline RigidTransform WorldFromCamera(const View& view, const Rig& rig, int came
 struct ViewCameras {
   std::array<Camera, 2> cameras;
   std::vector<std::array<RigidTransform, 2>> T_camera_world;  // by view, left and right
+  cv::Mat left_mask;  // as ViewImages has it; empty: the whole image is true
 
   ViewCameras(const Views& views, const Rig& rig) : cameras(rig.cameras) {
     for (const View& view : views) {

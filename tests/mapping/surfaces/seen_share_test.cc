@@ -160,6 +160,15 @@ TEST(SeenShare, AsksNothingOfWindowsAndOfWhatRaysWentThrough) {
   EXPECT_GT(map.seen_share.value(), 0.95);
 }
 
+TEST(SeenShare, AsksNothingOfWhatIsMasked) {
+  MapResult map = MakeMap(1);
+  ViewCameras cameras(LookAround(), SmallRig());
+  const Camera& left = cameras.cameras[0];
+  cameras.left_mask = cv::Mat(left.height_px, left.width_px, CV_8UC1, cv::Scalar(0));
+  MeasureSeenShare({{cameras}, {}}, {}, {}, &map);
+  EXPECT_FALSE(map.seen_share);
+}
+
 TEST(SeenShare, IsTheSameWithAnyNumberOfThreads) {
   const int threads = cv::getNumThreads();
   std::vector<double> shares;
