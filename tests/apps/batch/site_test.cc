@@ -1,0 +1,91 @@
+#include "apps/batch/site.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/core/error.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap::inline batch {}  // namespace slcmap::batch
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::TempFolder;
+
+class SiteFile : public ::testing::Test {
+ protected:
+  SiteFile() {
+    for (const char* name : {"walks/a", "walks/b"}) {
+      folder_.Write(std::string(name) + "/mav0/cam0/sensor.yaml", testing::SensorYaml(0));
+      folder_.Write(std::string(name) + "/mav0/cam1/sensor.yaml", testing::SensorYaml(-0.1));
+      folder_.Write(std::string(name) + "/mav0/cam0/data.csv", "");
+      folder_.Write(std::string(name) + "/mav0/cam1/data.csv", "");
+      folder_.Write(std::string(name) + "/mav0/imu0/sensor.yaml", testing::kImuYaml);
+      folder_.Write(std::string(name) + "/mav0/imu0/data.csv", "");
+    }
+  }
+
+  Site Read(const std::string& text) const { return ReadSite(folder_.Write("site.yaml", text)); }
+
+  const TempFolder folder_;
+};
+
+TEST_F(SiteFile, APatternStandsForAllFoldersThatMatch) {
+  folder_.Write("walks/notes.txt", "");
+  const Site site = Read("recordings: [{path: walks/*, building: A, storey: 1}]\nmethod: points\n");
+  ASSERT_EQ(site.recordings.size(), 2u);
+  EXPECT_EQ(site.recordings[0].name, "a");
+  EXPECT_EQ(site.recordings[1].path, std::filesystem::canonical(folder_.Path("walks/b")));
+  EXPECT_EQ(site.recordings[1].storey, "1");
+  EXPECT_EQ(site.method, "points");
+}
+
+TEST_F(SiteFile, RecordingsAreInTheOrderOfTheirDays) {
+  const Site site = Read(
+      "recordings:\n- {path: walks/a, date: 2026-03-02}\n- {path: walks/b, date: 2026-03-01}\n");
+  EXPECT_EQ(site.recordings[0].name, "b");
+}
+
+TEST_F(SiteFile, WhatIsWrongIsNamed) {
+  const std::pair<const char*, const char*> kWrong[] = {
+      {"method: slc\n", "recordings: found none"},
+      {"recording: []\n", "recording: unknown key; did you mean 'recordings'?"},
+      {"recordings: [{path: walks/a, story: 1}]\n", "story: unknown key"},
+      {"recordings: [{name: a}]\n", "recordings[0].path: found none"},
+      {"recordings: [walks/a]\n", "expected keys with values"},
+      {"recordings: [{path: walks/none}]\n", "walks/none"},
+      {"recordings: [{path: none/*}]\n", "recordings[0].path: found no folder like none/*"},
+      {"recordings: [{path: walks}]\n", "recording walks: "},
+      {"recordings: [{path: walks/a, calibration: none.yaml}]\n", "none.yaml"},
+      {"recordings: [{path: walks/a}, {path: walks/../walks/a, name: c}]\n", "walks/a twice"},
+      {"recordings: [{path: walks/a}, {path: walks/b, name: a}]\n", "two of the name a"},
+      {"recordings: [{path: walks/*, name: a}]\n", "found 'a' for 2 recordings"},
+      {"recordings: [{path: walks/a, name: a/b}]\n", "name: found 'a/b'"},
+      {"recordings: [{path: walks/a, building: ''}]\n", "building: found ''"},
+      {"recordings: [{path: walks/a, date: today}]\n", "date: found 'today'"},
+      {"recordings: [{path: walks/a}]\nplans: [{image: p.png, pixel_m: 0.01}]\n", "p.png"},
+      {"recordings: [{path: walks/a}]\nplans: [{image: site.yaml}]\n", "pixel_m: found 0"},
+      {"recordings: [{path: walks/a}]\nplans: [{storey: x, image: site.yaml, pixel_m: 0.1}]\n",
+       "storey x, of which no recording is"},
+  };
+  for (const auto& [text, words] : kWrong) {
+    SCOPED_TRACE(text);
+    EXPECT_THAT(MessageOf<ConfigError>([&] { Read(text); }),
+                AllOf(HasSubstr("site.yaml: "), HasSubstr(words)));
+  }
+}
+
+TEST_F(SiteFile, AllThatIsWrongIsNamedAtOnce) {
+  std::filesystem::remove(folder_.Path("walks/b/mav0/cam0/sensor.yaml"));
+  EXPECT_THAT(
+      MessageOf<ConfigError>([&] { Read("recordings: [{path: none}, {path: walks/*}]\n"); }),
+      AllOf(HasSubstr("recording none: "), HasSubstr("recording b: ")));
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,161 @@
+#include "apps/batch/workflow.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/batch/results.h"
+#include "apps/batch/status.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap::inline batch {}  // namespace slcmap::batch
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::ReadText;
+using testing::TempFolder;
+
+SiteRecording Recording(const std::string& name, const std::string& storey) {
+  return {name, "/walks/" + name, "", {}, "A", storey, ""};
+}
+
+Site SiteOf(int count) {
+  Site site;
+  for (int i = 0; i < count; ++i) {
+    site.recordings.push_back(Recording(std::string(1, static_cast<char>('a' + i)), ""));
+  }
+  return site;
+}
+
+const std::vector<std::string>& After(const std::vector<Job>& jobs, const std::string& name) {
+  return std::ranges::find(jobs, name, &Job::name)->after;
+}
+
+TEST(SiteJobs, ManyMapsAreMergedAsATreeThatGrowsAtItsEnd) {
+  EXPECT_EQ(PlanJobs(SiteOf(1)).size(), 1u);  // nothing to merge
+  const std::vector<Job> jobs = PlanJobs(SiteOf(6)), more = PlanJobs(SiteOf(7));
+  EXPECT_THAT(After(jobs, "merges/A~1.1"),
+              ElementsAre("recordings/a", "recordings/b", "recordings/c", "recordings/d"));
+  EXPECT_THAT(After(jobs, "merges/A"), ElementsAre("merges/A~1.1", "merges/A~1.2"));
+  EXPECT_EQ(After(more, "merges/A~1.1"), After(jobs, "merges/A~1.1"));
+  EXPECT_EQ(PlanJobs(SiteOf(17)).size(), 17u + 4u + 2u + 1u - 1u);  // the 17th goes up alone
+}
+
+TEST(SiteJobs, StoreysAreMergedBeforeTheBuilding) {
+  Site site;
+  for (const auto& [name, storey] :
+       {std::pair("a", "0"), {"b", "0"}, {"c", "1"}, {"d", "1"}, {"stairs", ""}}) {
+    site.recordings.push_back(Recording(name, storey));
+  }
+  site.plans = {{"A", "1", "/plan.png", 0.01}};
+  site.exports = {"ifc"};
+  const std::vector<Job> jobs = PlanJobs(site);
+  EXPECT_THAT(After(jobs, "merges/A+1"), ElementsAre("recordings/c", "recordings/d"));
+  EXPECT_THAT(After(jobs, "merges/A"),
+              ElementsAre("merges/A+0", "merges/A+1", "recordings/stairs"));
+  EXPECT_THAT(After(jobs, "exports/A"), ElementsAre("merges/A"));
+  EXPECT_THAT(After(jobs, "exports/A+1"), ElementsAre("merges/A+1"));
+}
+
+// Two recordings and their merge, as jobs leave them.
+class SiteFolder : public ::testing::Test {
+ protected:
+  SiteFolder() {
+    workflow_.program = "/usr/bin/slcmap";
+    workflow_.site = SiteOf(2);
+    workflow_.jobs = PlanJobs(workflow_.site);
+    for (Job& job : workflow_.jobs) {
+      if (IsRecordingJob(job)) job.key = "key of " + job.name;
+    }
+    MakeFolder(folder_.Path("workflow"));
+  }
+
+  void Finish(const std::string& name, JobState state, const std::string& map_id) {
+    JobResult result;
+    result.state = state;
+    result.key = ComputeJobKey(folder_.Path(), workflow_, workflow_.Find(name));
+    if (state == JobState::kDone) {
+      folder_.Write(name + "/map/map.json", "{\"id\": \"" + map_id + "\"}");
+      result.maps = {{name + "/map", {name.substr(name.find('/') + 1)}}};
+      result.verdict = "good";
+      result.length_m = 12.345;
+    } else {
+      result.reason = "imu-dead: found <nothing>";
+      result.remedy = "mend it";
+    }
+    WriteJobResult(folder_.Path(name), result);
+  }
+
+  bool IsDone(const std::string& name) const {
+    return IsCurrent(folder_.Path(), workflow_, workflow_.Find(name));
+  }
+
+  const TempFolder folder_;
+  Workflow workflow_;
+};
+
+TEST_F(SiteFolder, ComesBackAsWritten) {
+  workflow_.site.recordings[1].cameras = {0, 2};
+  workflow_.jobs.back().plan = SitePlan{"", "", "/plan.png", 0.0125};
+  WriteWorkflow(folder_.Path(), workflow_);
+  const Workflow read = ReadWorkflow(folder_.Path());
+  EXPECT_EQ(read.FindRecording("b").cameras, workflow_.site.recordings[1].cameras);
+  EXPECT_EQ(read.Find("merges/A").after, workflow_.Find("merges/A").after);
+  EXPECT_EQ(read.jobs.back().plan->pixel_m, 0.0125);
+  EXPECT_THROW(read.Find("merges/B"), DataError);
+}
+
+TEST_F(SiteFolder, AResultIsKeptWhileWhatItIsMadeOfIsTheSame) {
+  EXPECT_FALSE(IsDone("recordings/a"));
+  Finish("recordings/a", JobState::kDone, "1");
+  Finish("recordings/b", JobState::kDone, "2");
+  Finish("merges/A", JobState::kDone, "3");
+  EXPECT_TRUE(IsDone("recordings/a"));
+  EXPECT_TRUE(IsDone("merges/A"));
+  folder_.Write("recordings/b/map/map.json", "{\"id\": \"4\"}");
+  EXPECT_FALSE(IsDone("merges/A"));
+  workflow_.jobs.front().key = "another calibration";
+  EXPECT_FALSE(IsDone("recordings/a"));
+}
+
+TEST_F(SiteFolder, WhatFailedOrIsDamagedOrGoneIsDoneAgain) {
+  Finish("recordings/a", JobState::kFailed, "");
+  EXPECT_FALSE(IsDone("recordings/a"));
+  Finish("recordings/b", JobState::kDone, "2");
+  std::filesystem::remove_all(folder_.Path("recordings/b/map"));
+  EXPECT_FALSE(IsDone("recordings/b"));
+  Finish("recordings/b", JobState::kDone, "2");
+  folder_.Write("recordings/b/result.json", "{");
+  EXPECT_FALSE(IsDone("recordings/b"));
+}
+
+TEST_F(SiteFolder, StatusTellsStatesReasonsAndMaps) {
+  EXPECT_THAT(StatusTable(ReadStatus(folder_.Path(), workflow_)), HasSubstr("waiting"));
+  Finish("recordings/a", JobState::kDone, "1");
+  Finish("recordings/b", JobState::kFailed, "");
+  Finish("merges/A", JobState::kDone, "3");
+  const SiteStatus status = ReadStatus(folder_.Path(), workflow_);
+  EXPECT_EQ(status.recordings[0].map, "recordings/a/map");
+  EXPECT_EQ(status.recordings[1].map, "");
+  EXPECT_EQ(status.Failures(), "1 of 2 recordings failed, first b: imu-dead: found <nothing>");
+  EXPECT_THAT(StatusTable(status), AllOf(HasSubstr("good     12.3        recordings/a/map\n"),
+                                         HasSubstr("found <nothing>; remedy: mend it\n")));
+  const auto json = nlohmann::json::parse(StatusJson(status));
+  EXPECT_EQ(json.at("recordings").at(1).at("state"), "failed");
+  EXPECT_EQ(json.at("jobs").at(0).at("job"), "merges/A");
+  EXPECT_THAT(StatusPage(status),
+              AllOf(HasSubstr("found &lt;nothing&gt;"), Not(HasSubstr("<script"))));
+}
+
+}  // namespace
+}  // namespace slcmap
