@@ -190,7 +190,8 @@ std::map<std::string, double> MeasureHeights(const SiteJob& job, const JobMap& m
   std::map<std::string, std::string> recordings;  // by their runs
   for (const std::string& name : map.recordings) {
     if (job.workflow.FindRecording(name).storey.empty()) continue;
-    recordings[RunIdIn(job.InSite(std::string(kRecordingJobs) + "/" + name + "/run"))] = name;
+    const std::string own = fmt::format("{}/{}/map", kRecordingJobs, name);
+    recordings[MapSourceIn(job.InSite(own)).run_id] = name;
   }
   const std::string folder = job.InSite(map.path);
   const Trajectory poses = ReadTrajectory(folder + "/trajectory.tum");
