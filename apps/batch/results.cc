@@ -57,12 +57,14 @@ std::optional<JobResult> ReadJobResult(const std::string& folder) {
   }
 }
 
-void WriteJobResult(const std::string& folder, const JobResult& result) {
-  Json json = {{"format", kFormat},         {"version", kVersionOfFormat},
-               {"key", result.key},         {"state", JobStateName(result.state)},
-               {"reason", result.reason},   {"remedy", result.remedy},
-               {"verdict", result.verdict}, {"length_m", RoundedForJson(result.length_m)},
-               {"maps", Json::array()},     {"apart", Json::array()}};
+Json ResultJson(const JobResult& result) {
+  Json json = {{"state", JobStateName(result.state)},
+               {"reason", result.reason},
+               {"remedy", result.remedy},
+               {"verdict", result.verdict},
+               {"length_m", RoundedForJson(result.length_m)},
+               {"maps", Json::array()},
+               {"apart", Json::array()}};
   for (const JobMap& map : result.maps) {
     json["maps"].push_back({{"path", map.path}, {"recordings", map.recordings}});
   }
@@ -70,9 +72,14 @@ void WriteJobResult(const std::string& folder, const JobResult& result) {
     json["apart"].push_back(
         {{"first", pair.first}, {"second", pair.second}, {"reason", pair.reason}});
   }
+  return json;
+}
+
+void WriteJobResult(const std::string& folder, const JobResult& result) {
+  Json json = {{"format", kFormat}, {"version", kVersionOfFormat}, {"key", result.key}};
+  json.update(ResultJson(result));
   MakeFolder(folder);
-  ReplaceFile(PathOfResult(folder),
-              json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  ReplaceFile(PathOfResult(folder), JsonText(json));
 }
 
 }  // namespace slcmap::batch

@@ -1,6 +1,7 @@
 // What the jobs of a site left: a result.json in the folder of each, written last and all at once.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,6 +40,9 @@ struct JobResult {
 // `folder` is that of the job. None where no job has ended there, or the file is damaged, as by a
 // power failure: then the job is done again.
 std::optional<JobResult> ReadJobResult(const std::string& folder);
+
+// All but the key.
+nlohmann::ordered_json ResultJson(const JobResult& result);
 
 // Throws OutputError.
 void WriteJobResult(const std::string& folder, const JobResult& result);

@@ -99,19 +99,9 @@ std::string AlignColumns(const std::vector<std::array<std::string, N>>& rows) {
 }
 
 Json JobStatusJson(const JobStatus& job) {
-  Json json = {{"job", job.name},
-               {"state", job.state},
-               {"reason", job.result.reason},
-               {"remedy", job.result.remedy},
-               {"maps", Json::array()},
-               {"apart", Json::array()}};
-  for (const JobMap& map : job.result.maps) {
-    json["maps"].push_back({{"path", map.path}, {"recordings", map.recordings}});
-  }
-  for (const MapsApart& pair : job.result.apart) {
-    json["apart"].push_back(
-        {{"first", pair.first}, {"second", pair.second}, {"reason", pair.reason}});
-  }
+  Json json = {{"job", job.name}};
+  json.update(ResultJson(job.result));
+  json["state"] = job.state;
   return json;
 }
 
@@ -183,13 +173,11 @@ std::string StatusJson(const SiteStatus& status) {
     entry["building"] = recording.recording.building;
     entry["storey"] = recording.recording.storey;
     entry["date"] = recording.recording.date;
-    entry["verdict"] = recording.result.verdict;
-    entry["length_m"] = RoundedForJson(recording.result.length_m);
     entry["map"] = recording.map;
     json["recordings"].push_back(entry);
   }
   for (const JobStatus& job : status.others) json["jobs"].push_back(JobStatusJson(job));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 std::string StatusPage(const SiteStatus& status) {

@@ -197,8 +197,7 @@ void WriteWorkflow(const std::string& folder, const Workflow& workflow) {
     json["recordings"].push_back(RecordingJson(recording));
   }
   for (const Job& job : workflow.jobs) json["jobs"][job.name] = JobJson(job);
-  ReplaceFile(folder + "/" + kWorkflowFile,
-              json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  ReplaceFile(folder + "/" + kWorkflowFile, JsonText(json));
 }
 
 Workflow ReadWorkflow(const std::string& folder) {

@@ -11,7 +11,6 @@
 #include "apps/batch/results.h"
 #include "apps/batch/status.h"
 #include "apps/batch/workflow.h"
-#include "apps/commands/batch_job.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/compare_runs.h"

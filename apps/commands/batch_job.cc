@@ -1,5 +1,4 @@
-#include "apps/commands/batch_job.h"
-
+// The jobs of a site, as the workflow's engine starts them: each is this program again.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>

@@ -27,6 +27,12 @@ void AddBatchCommand(CLI::App& app);
 // All of them, in the order in which data flows, and `help`; one of them is required.
 void AddCommands(CLI::App& app);
 
+// A job of the site in a folder, as `batch --job` starts it: does it, unless its result is there,
+// and leaves its result, also where it fails: that is no error, so that others go on. Waits while
+// another process does the same job. Throws StoppedError after Ctrl-C, OutputError where the result
+// cannot be written, and DataError where the site has no such job.
+void RunSiteJob(const std::string& folder, const std::string& name, int threads);
+
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;
 inline constexpr int kExitFailure = 1;  // bad data, or output that could not be written

@@ -23,10 +23,14 @@ namespace slcmap::inline data {
 
 using Json = nlohmann::ordered_json;  // keys stay in the order in which they are written
 
+// As files have it. Paths and texts of a recording can hold any bytes; JSON holds UTF-8.
+inline std::string JsonText(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 // Throws OutputError.
 inline void WriteJsonFile(const std::string& path, const Json& json) {
-  // Paths and texts of a recording can hold any bytes; JSON holds UTF-8.
-  WriteFile(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  WriteFile(path, JsonText(json));
 }
 
 // What is wrong, in this project's words: the library's hold its own names and numbers.
