@@ -182,13 +182,11 @@ std::vector<std::string> SnakemakeArguments(const std::string& folder,
 
 int RunSnakemake(const std::string& folder, const Workflow& workflow,
                  const BatchArguments& arguments) {
-  const Progress progress = StageProgress("batch");
+  ProgressBar bar("batch", ProgressBar::Elsewhere::kTenths);
   ChildProcess child{"snakemake", SnakemakeArguments(folder, arguments), "", {}, true};
   if (!arguments.dry_run) {
     child.log_path = folder + "/workflow/snakemake.log";
-    child.watch = [&] {
-      if (!Interrupted()) progress.Report(ShareDone(folder, workflow));
-    };
+    child.watch = [&] { bar.Update(ShareDone(folder, workflow)); };
   }
   try {
     return RunChild(child);
