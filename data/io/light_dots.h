@@ -3,7 +3,10 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
+
+#include "data/io/image_store.h"
 
 namespace slcmap::inline data {
 
@@ -20,5 +23,9 @@ double DotLevel(const cv::Mat& image);
 // like a part of the next in the same rows, near by, as dots do whatever they fall on. Not where
 // the images look alike as a whole, as those of a camera at rest do.
 bool ShowSameDots(const std::vector<cv::Mat>& images);
+
+// Which of a camera's images, by index, show the dots of an emitter that lights every other one;
+// none where it is not every other one. Lost images may be between them.
+std::vector<size_t> FindLitImages(const ImageStore& images, const std::vector<std::string>& paths);
 
 }  // namespace slcmap::data

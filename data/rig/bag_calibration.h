@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "data/bag/bag.h"
-#include "data/bag/topics.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
+#include "data/rig/topics.h"
 
 namespace slcmap::inline data {
 

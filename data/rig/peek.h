@@ -10,7 +10,7 @@
 
 #include "data/bag/bag.h"
 #include "data/bag/messages.h"
-#include "data/bag/topics.h"
+#include "data/rig/topics.h"
 
 namespace slcmap::inline data {
 

@@ -21,9 +21,9 @@
 #include <vector>
 
 #include "data/bag/bag.h"
-#include "data/bag/topics.h"
 #include "data/calibration/camera_info.h"
 #include "data/core/types.h"
+#include "data/rig/topics.h"
 
 namespace slcmap::inline data {
 

@@ -11,7 +11,6 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/ply.h"
-#include "data/simulator/dots.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/scene/camera_response.h"
 #include "data/simulator/scene/inexact_building.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "data/core/progress.h"
+#include "data/core/types.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/textures.h"
@@ -133,5 +134,10 @@ inline float SurfaceShader::ComputeRadiance(const Hit& hit) const {
                                    surface.offset_t + t * surface.scale_t);
   return light * (surface.base + surface.gain * texel);
 }
+
+// The dots that the emitter of a depth camera throws: adds to a camera's radiance what dots light,
+// from a projector in the middle between the cameras that looks as the left one does. depth_m:
+// float, along that camera's optical axis, 0: nothing.
+void AddDots(const Rig& rig, int camera, const cv::Mat& depth_m, cv::Mat* radiance);
 
 }  // namespace slcmap::data

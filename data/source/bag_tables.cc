@@ -328,7 +328,7 @@ class BagTables : public RecordingTables {
 };
 
 // What a topic is taken as; "" where it is not.
-std::string RolesOf(const std::string& name, const RecordingTopics& topics) {
+std::string DescribeRoles(const std::string& name, const RecordingTopics& topics) {
   std::string roles;
   const auto add = [&](const std::string& topic, const char* role) {
     if (topic == name) roles += (roles.empty() ? "" : " and ") + std::string(role);
@@ -354,7 +354,7 @@ std::vector<RecordedTopic> ListRecordedTopics(const std::string& path, const std
   for (const BagTopic& topic : bag->topics()) {
     const bool can_be = IsImageTopic(topic) || IsImuTopic(topic);
     listed.push_back(
-        {topic.name, topic.type, topic.messages, can_be ? RolesOf(topic.name, taken) : ""});
+        {topic.name, topic.type, topic.messages, can_be ? DescribeRoles(topic.name, taken) : ""});
   }
   return listed;
 }

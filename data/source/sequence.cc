@@ -17,8 +17,8 @@
 #include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/io/light_dots.h"
 #include "data/source/asl_files.h"
-#include "data/source/dark_half.h"
 #include "data/source/recording_tables.h"
 
 namespace slcmap::inline data {
@@ -290,6 +290,19 @@ Calibration LoadCalibration(const RecordingTables& recording, const SequenceOpti
   return calibration;
 }
 
+// The half of the images that an emitter lights, where it lights every other one.
+void LeaveOutLit(Sequence* sequence) {
+  std::vector<std::string> paths;
+  for (const StereoEntry& pair : sequence->images) paths.push_back(pair.left_path);
+  const std::vector<size_t> lit = FindLitImages(*sequence->store, paths);
+  for (const size_t i : lit) {
+    sequence->warnings.Add("images_lit_by_an_emitter_left_out", paths[i]);
+  }
+  size_t index = 0;
+  std::erase_if(sequence->images,
+                [&](const StereoEntry&) { return std::ranges::binary_search(lit, index++); });
+}
+
 // Words that stand in a path's place stay.
 SequenceOptions WithWholePaths(SequenceOptions options) {
   if (!options.calibration.empty()) {
@@ -409,7 +422,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Tables tables = ReadTables(*recording, options, &sequence);
   sequence.images = PairTables(*recording, options, tables, &sequence);
   if (!options.pieces.empty()) sequence.images = PairedAnew(options.pieces, sequence.images);
-  KeepDarkHalf(*sequence.store, &sequence.images, &sequence.warnings);
+  LeaveOutLit(&sequence);
   sequence.imu = std::move(tables.imu);
   if (options.needs_imu) RequireOverlap(*recording, sequence);
   Correct(sequence.rig.imu_correction, &sequence.imu);

@@ -67,7 +67,7 @@ class FrameClock {
       : video_(std::move(video)), listed_ns_(std::move(listed_ns)), log_(log) {}
 
   // Nothing for a frame that is in no list.
-  std::optional<int64_t> StampOf(int64_t frame, int64_t time_ns) const {
+  std::optional<int64_t> FindStamp(int64_t frame, int64_t time_ns) const {
     if (listed_ns_.empty()) {
       if (frame == 0) RequireClockOfImu(time_ns);
       return time_ns;
@@ -137,7 +137,7 @@ void UnpackFrames(const std::string& video, const FrameClock& clock,
   VideoFile file(video);
   int64_t frames = 0, without_stamp = 0;
   while (const auto frame = file.Next()) {
-    const auto stamp_ns = clock.StampOf(frames++, frame->time_ns);
+    const auto stamp_ns = clock.FindStamp(frames++, frame->time_ns);
     without_stamp += stamp_ns ? 0 : 1;
     const int width_px = frame->grey.cols / static_cast<int>(folders.size());
     for (size_t i = 0; stamp_ns && i < folders.size(); ++i) {

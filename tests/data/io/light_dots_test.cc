@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "data/io/image.h"
-#include "data/source/dark_half.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -72,34 +71,27 @@ TEST(LightDots, AreTakenOutOfImages) {
   EXPECT_GT(DotLevel(LitScene(3, 7)), 5 * DotLevel(dark) + 0.01);
 }
 
-std::vector<StereoEntry> WriteImages(const TempFolder& folder, const std::vector<cv::Mat>& images) {
-  std::vector<StereoEntry> pairs;
+std::vector<std::string> WriteImages(const TempFolder& folder, const std::vector<cv::Mat>& images) {
+  std::vector<std::string> paths;
   for (size_t i = 0; i < images.size(); ++i) {
-    const std::string path = folder.Path("image" + std::to_string(i) + ".png");
-    WritePng(path, images[i]);
-    pairs.push_back({static_cast<int64_t>(i) * 50'000'000, path, path});
+    paths.push_back(folder.Path("image" + std::to_string(i) + ".png"));
+    WritePng(paths.back(), images[i]);
   }
-  return pairs;
+  return paths;
 }
 
-TEST(DarkHalf, IsKeptWhereEveryOtherImageIsLit) {
+TEST(FindLitImages, FindsTheHalfThatAnEmitterLights) {
   std::vector<cv::Mat> images;
+  std::vector<size_t> lit;
   for (int i = 0; i < 30; ++i) {
     if (i == 13) continue;  // a lost one
+    if (i % 2 == 0) lit.push_back(images.size());
     images.push_back(i % 2 == 0 ? LitScene(i / 8, 7) : SmoothScene(i / 8));
   }
   const TempFolder folder;
-  std::vector<StereoEntry> pairs = WriteImages(folder, images);
-  const std::vector<StereoEntry> all = pairs;
-  Warnings warnings;
-  KeepDarkHalf(*FileImages(), &pairs, &warnings);
-  EXPECT_EQ(pairs.size(), 14u);
-  EXPECT_EQ(pairs.front().left_path, all[1].left_path);
-  EXPECT_EQ(warnings.Count("images_lit_by_an_emitter_left_out"), 15);
-
-  std::vector<StereoEntry> steady = WriteImages(folder, std::vector(20, LitScene(1, 7)));
-  KeepDarkHalf(*FileImages(), &steady, &warnings);
-  EXPECT_EQ(steady.size(), 20u);
+  EXPECT_EQ(FindLitImages(*FileImages(), WriteImages(folder, images)), lit);
+  const std::vector<cv::Mat> steady(20, LitScene(1, 7));
+  EXPECT_TRUE(FindLitImages(*FileImages(), WriteImages(folder, steady)).empty());
 }
 
 }  // namespace
