@@ -11,6 +11,7 @@
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_info.h"
+#include "data/calibration/camera_times.h"
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
