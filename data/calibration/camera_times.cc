@@ -4,14 +4,13 @@
 
 #include <cmath>
 
-#include "data/calibration/imu_calibration.h"
+#include "data/calibration/calibration_keys.h"
 
 namespace slcmap::inline data {
 namespace {
 
 constexpr char kTimeShift[] = "timeshift_cam_imu";
 constexpr double kSameShift_s = 1e-6;  // of the two cameras
-constexpr double kMaxReadout_s = 0.1;
 
 }  // namespace
 
@@ -19,14 +18,7 @@ void ReadTimes(YamlSection* section, ChainCamera* camera) {
   if (section->Has(kTimeShift)) {
     section->Read(kTimeShift, &camera->time_shift_s.emplace());
   }
-  double& readout_s = camera->readout_s;
-  section->Read(kReadoutKey, &readout_s);
-  if (std::abs(readout_s) <= kMaxReadout_s) return;
-  throw CalibrationFault(
-      *section, kReadoutKey,
-      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
-      fmt::format("write {} in seconds from the first row to the last",
-                  KeyInFile(section->place(), kReadoutKey)));
+  camera->readout_s = ReadReadout(*section);
 }
 
 void TakeTimes(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
