@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "data/calibration/camera_times.h"
+
 namespace slcmap::inline data {
 namespace {
 
