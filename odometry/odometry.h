@@ -45,8 +45,8 @@ class Odometry {
   std::vector<OnlineState> AddStereo(const StereoImage& image,
                                      std::function<cv::Mat()> decode_right = nullptr);
 
-  // For how many seconds after an image IMU samples have to be there before it is processed: 0 where
-  // all rows of a pair are exposed at its stamp.
+  // For how many seconds after an image IMU samples have to be there before it is processed: 0
+  // where all rows of a pair are exposed at its stamp.
   double ImuAhead_s() const;
 
   // Waits for what is under way, and returns the states that AddStereo() has not returned yet. At

@@ -334,7 +334,7 @@ bool ShowsMosaic(const cv::Mat& image) {
 struct FormSeen {
   int images = 0, mosaics = 0;
   bool deep = false, is_turned = false;
-  double most = 0;  // value
+  double most = 0;                  // value
   std::vector<cv::Mat> first = {};  // as 8 bits
 };
 
