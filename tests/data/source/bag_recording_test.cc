@@ -141,7 +141,8 @@ TEST_F(BagRecording, IsOpenedAgainAsItWas) {
 
 TEST_F(BagRecording, WithoutACalibrationSaysHowToGiveIt) {
   const std::string bag = MakeBag({"bag", "none"});
-  EXPECT_THAT(MessageOf<InputFault>([&] { OpenSequence(bag); }), HasSubstr("--calibration"));
+  EXPECT_THAT(MessageOf<InputFault>([&] { OpenSequence(bag); }),
+              HasSubstr("missing is the left camera's intrinsics"));
 }
 
 TEST_F(BagRecording, ListsItsTopicsWithWhatTheyAreTakenAs) {
