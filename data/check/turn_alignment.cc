@@ -173,7 +173,8 @@ struct Refined {
 struct Normals {
   Matrix10d H = Matrix10d::Zero();
   Vector10d g = Vector10d::Zero();
-  double squares = 0, count = 0;  // of whitened residuals, and turns
+  double squares = 0, count = 0;                             // of whitened residuals, and turns
+  Eigen::Vector3d turned_squares = Eigen::Vector3d::Zero();  // about the camera's axes
 
   // Of the step, by what the residuals scatter.
   Matrix10d Covariance() const {
@@ -342,6 +343,7 @@ class Aligner {
     normals->g += weight * J.transpose() * information * e;
     normals->squares += weight * square;
     normals->count += weight;
+    normals->turned_squares += turned.cwiseAbs2();
   }
 
   Normals NormalsAt(const Refined& state) const {
@@ -372,7 +374,20 @@ class Aligner {
     }
     const Matrix10d covariance = normals.Covariance();
     alignment->enough_motion = covariance.allFinite() && covariance.diagonal().minCoeff() >= 0;
-    if (alignment->enough_motion) Describe(state, covariance, alignment);
+    if (!alignment->enough_motion) return;
+    Describe(state, covariance, alignment);
+    AddLeaks(normals.turned_squares, &alignment->scale_sigmas);
+  }
+
+  // Images take a little of a turn about one axis for one about another: a level robot, which turns
+  // about a single one, tells nothing of the others.
+  static void AddLeaks(const Eigen::Vector3d& turned_squares, Eigen::Vector3d* scale_sigmas) {
+    constexpr double kLeak = 0.002;  // of the turn, a tenth of a degree
+    for (int axis = 0; axis < 3; ++axis) {
+      const double own = turned_squares[axis];
+      const double leaked = kLeak * std::sqrt((turned_squares.sum() - own) / std::max(own, 1e-12));
+      (*scale_sigmas)[axis] = std::hypot((*scale_sigmas)[axis], leaked);
+    }
   }
 
   static void Describe(const Refined& state, const Matrix10d& covariance,

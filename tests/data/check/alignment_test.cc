@@ -134,6 +134,28 @@ std::optional<double> FarOffsetOf(TurnRecording made) {
   return FindFarOffset(made.turns, made.imu, RigRotation(), 0);
 }
 
+TEST(TurnAlignment, ALevelRigTellsNothingOfTheAxesThatItDoesNotTurnAbout) {
+  TurnRecording made = MakeTurns(0);
+  const auto turn_rad_s = [](double t_s) { return 0.5 * std::sin(2.3 * t_s); };
+  for (ImuSample& sample : made.imu) {
+    const double t_s = ToSeconds(sample.stamp_ns - kTurnStart_ns);
+    sample.angular_velocity_rad_s = RigRotation() * Vector3d(0, turn_rad_s(t_s), 0);
+  }
+  // Of the turn about y a little is taken for one about x and z.
+  const GyroIntegral gyro(made.imu);
+  for (ImageTurn& turn : made.turns) {
+    const double about_y = (RigRotation().conjugate() * gyro.Between(turn.from_ns, turn.to_ns)).y();
+    turn.turn_rad += Vector3d(0.001, 1, -0.001) * about_y - turn.turn_rad;
+    turn.covariance = 1e-10 * Eigen::Matrix3d::Identity();
+  }
+  const TurnAlignment found = AlignTurns(made.turns, made.imu, RigRotation(), 0);
+  ASSERT_TRUE(found.enough_motion);
+  EXPECT_NEAR(found.scales.y(), 1, 0.01);
+  EXPECT_LT(found.scale_sigmas.y(), 0.005);
+  EXPECT_GT(found.scale_sigmas.x(), 0.5);
+  EXPECT_GT(found.scale_sigmas.z(), 0.5);
+}
+
 TEST(TurnAlignment, FindsClocksThatAreSecondsApart) {
   for (const double offset_s : {-3.0, -1.0, 1.7}) {
     const auto found = FarOffsetOf(MakeTurns(offset_s));

@@ -138,6 +138,7 @@ TEST(Judge, AKeyframeAnImageIsDoubtful) {
 TEST(Judge, RightImagesThatShowNothingAreDoubtfulButForOneCamera) {
   OdometryRun run = GoodRun();
   run.figures.seen_right = {0.03, 0.1, 40};
+  run.rectified_rig.cameras[1].width_px = 752;
   EXPECT_EQ(FindLevel(Judged(run), "stereo"), VerdictLevel::kDoubtful);
   run.method = "points-mono";
   EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
