@@ -1,11 +1,12 @@
-// A recording in EuRoC's (ASL) or TUM VI's layout becomes a map, and the map files that other
-// programs open: map_recording SEQ MAP EXPORT
+// A recording in a folder or in a bag becomes a map, and the map files that other programs open:
+// map_recording SEQ MAP EXPORT
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "data/io/file.h"
+#include "data/io/image.h"
 #include "data/source/sequence.h"
 #include "export/export.h"
 #include "mapping/map/map_folder.h"
@@ -14,19 +15,21 @@
 
 namespace {
 
-cv::Mat ReadGray(const std::string& path) { return cv::imread(path, cv::IMREAD_GRAYSCALE); }
+cv::Mat ReadGray(const slcmap::Sequence& sequence, const std::string& path) {
+  return slcmap::ReadGrayImage(*sequence.store, path, {}).image;
+}
 
 // What mapping needs to open the recording's images again.
-slcmap::RunSource DescribeSource(const slcmap::Sequence& sequence, const std::string& folder,
+slcmap::RunSource DescribeSource(const slcmap::Sequence& sequence,
                                  const slcmap::OdometryOptions& options) {
   slcmap::RunSource source;
-  source.sequence = std::filesystem::weakly_canonical(folder).string();
+  source.sequence = std::filesystem::weakly_canonical(sequence.folder).string();
   source.options = options.ToYaml();
   source.raw_rig = sequence.rig;
   source.opened = sequence.opened;
   for (const slcmap::StereoEntry& entry : sequence.images) {
-    source.images.push_back({entry.stamp_ns, std::filesystem::relative(entry.left_path, folder),
-                             std::filesystem::relative(entry.right_path, folder)});
+    source.images.push_back({entry.stamp_ns, slcmap::PathWithin(entry.left_path, sequence.folder),
+                             slcmap::PathWithin(entry.right_path, sequence.folder)});
   }
   return source;
 }
@@ -36,20 +39,20 @@ slcmap::OdometryRun RunOdometry(const slcmap::Sequence& sequence,
   slcmap::Odometry odometry(sequence.rig, options, 2);
   for (const slcmap::ImuSample& sample : sequence.imu) odometry.AddImu(sample);
   for (const slcmap::StereoEntry& entry : sequence.images) {
-    odometry.AddStereo({entry.stamp_ns, ReadGray(entry.left_path), {}},
-                       [path = entry.right_path] { return ReadGray(path); });
+    odometry.AddStereo({entry.stamp_ns, ReadGray(sequence, entry.left_path), {}},
+                       [&, path = entry.right_path] { return ReadGray(sequence, path); });
   }
   odometry.Finish();
   return odometry.Run();
 }
 
-void MapRecording(const std::string& folder, const std::string& map_folder,
+void MapRecording(const std::string& recording, const std::string& map_folder,
                   const std::string& export_folder) {
-  const slcmap::Sequence sequence = slcmap::OpenSequence(folder);
+  const slcmap::Sequence sequence = slcmap::OpenSequence(recording);
   const slcmap::OdometryOptions options;
   slcmap::OdometryRun run = RunOdometry(sequence, options);
   run.complete = true;
-  run.source = DescribeSource(sequence, folder, options);
+  run.source = DescribeSource(sequence, options);
   const slcmap::MapResult map = slcmap::BuildMap({run}, slcmap::MappingOptions());
   slcmap::WriteMapFolder(map_folder, map);
   slcmap::ExportOptions formats;
