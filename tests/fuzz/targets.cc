@@ -11,6 +11,7 @@
 
 #include "apps/evaluation/truth.h"
 #include "data/calibration/calibration.h"
+#include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
@@ -18,6 +19,7 @@
 #include "data/io/ply.h"
 #include "data/io/trajectory.h"
 #include "data/io/true_building.h"
+#include "data/rig/profile.h"
 #include "data/simulator/scene/scene.h"
 #include "data/source/asl_files.h"
 #include "mapping/map/building.h"
@@ -255,6 +257,33 @@ void ReadAsBuilding(const std::string& path) {
   }
 }
 
+// One of each other program's, short.
+Inputs OtherCalibrations() {
+  const std::string matrix =
+      "\n   rows: 4\n   cols: 4\n   dt: f\n   data: [1, 0, 0, 0.1, 0, 1, 0, 0, "
+      "0, 0, 1, 0, 0, 0, 0, 1]\n";
+  const std::string camera = "fx: 400\n   fy: 400\n   cx: 320\n   cy: 240\n";
+  const std::string size = "image_width: 640\nimage_height: 480\n";
+  const std::string pose = R"({"px": 0, "py": 0, "pz": 0, "qx": 0, "qy": 0, "qz": 0, "qw": 1})";
+  return {
+      "Camera.type: PinHole\nCamera1.fx: 400\nCamera1.fy: 400\nCamera1.cx: 320\nCamera1.cy: 240\n"
+      "Camera.width: 640\nCamera.height: 480\nIMU.T_b_c1: !!opencv-matrix" +
+          matrix,
+      "model_type: PINHOLE\n" + size +
+          "distortion_parameters:\n   k1: 0.1\n   k2: 0\n   p1: 0\n"
+          "   p2: 0\nprojection_parameters:\n   " +
+          camera + "body_T_cam0: !!opencv-matrix" + matrix + "td: 0.01\n",
+      R"({"value0": {"T_imu_cam": [)" + pose +
+          R"(], "intrinsics": [{"camera_type": "ds", "intrinsics": {"fx": 300, "fy": 300,
+ "cx": 320, "cy": 240, "xi": -0.2, "alpha": 0.6}}], "resolution": [[640, 480]]}})",
+      size +
+          "distortion_model: plumb_bob\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [400, 0, "
+          "320, 0, 400, 240, 0, 0, 1]\ndistortion_coefficients:\n  data: [0.1, 0, 0, 0, 0]\n"
+          "rectification_matrix:\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nprojection_matrix:\n"
+          "  data: [400, 0, 320, 0, 0, 400, 240, 0, 0, 0, 1, 0]\n",
+      "cam0:\n  T_imu_cam: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"};
+}
+
 std::vector<Target> DataTargets() {
   const auto warnings = std::make_shared<Warnings>();  // nobody looks at them
   const auto rigs = [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/rigs"); };
@@ -265,6 +294,12 @@ std::vector<Target> DataTargets() {
           OfFile("kalibr_calibration", "camchain.yaml", rigs,
                  {[=](const auto& path) { ReadKalibrCalibration(path, path, warnings.get()); },
                   [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
+          OfFile("other_calibration", "calibration.yaml", OtherCalibrations,
+                 {[](const auto& path) { ReadRigParts({path}, Mirrored::kRefused); },
+                  [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
+          OfFile("profile", "profile.yaml",
+                 [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/profiles"); },
+                 {[](const auto& path) { ReadProfile(path); }}),
           {"asl_calibration", NoSeeds, ReadAsEverySensor},
           OfFile("asl_tables", "cam0/data.csv", NoSeeds,
                  {[=](const auto& path) {

@@ -36,7 +36,9 @@ TEST(CommandLine, HelpAndVersionSucceed) {
 
 TEST(CommandLine, UsageErrorsAreTwo) {
   const std::pair<const char*, const char*> kWrong[] = {
-      {"", "found no command, expected one of simulate, check, convert, odometry"},
+      {"",
+       "found no command, expected one of simulate, check, convert, calibration, "
+       "odometry"},
       {"fly", "found command 'fly', expected one of simulate"},
       {"evalaute", "did you mean 'evaluate'?"},
       {"odometry", "odometry: found no sequence, expected one"},
@@ -71,6 +73,27 @@ TEST(CommandLine, VerboseAndQuietStandAnywhereAndAFullOutputIsAnError) {
   }
   EXPECT_EQ(RunSlcmap("check -v " + folder.Path("none")).exit_code, 1);
   ExpectError(RunShell("\\$SLCMAP --version > /dev/full"), 1, "standard output: cannot be written");
+}
+
+TEST(Calibration, IsShownAndWrittenAsAKalibrChain) {
+  const TempFolder folder;
+  const std::string orb = folder.Write(
+      "orb.yaml",
+      "%YAML:1.0\n---\nCamera.type: Rectified\nCamera1.fx: 400\nCamera1.fy: 400\nCamera1.cx: 320\n"
+      "Camera1.cy: 240\nCamera.width: 640\nCamera.height: 480\nStereo.b: 0.05\n");
+  const std::string pose = folder.Write(
+      "pose.yaml",
+      "cam0:\n  T_imu_cam: [[1, 0, 0, 0.02], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n");
+  const std::string rig = folder.Path("rig.yaml");
+  ExpectError(RunSlcmap("calibration " + orb), 1, "missing is the left camera's pose to the IMU");
+  const ProcessResult shown = RunSlcmap("calibration " + orb + " " + pose + " -o " + rig);
+  EXPECT_EQ(shown.exit_code, 0) << shown.error;
+  EXPECT_THAT(shown.output, HasSubstr("baseline    0.0500 m"));
+  EXPECT_THAT(shown.output, HasSubstr("(typical)"));
+  const ProcessResult again = RunSlcmap("calibration " + rig);
+  EXPECT_THAT(again.output, HasSubstr("baseline    0.0500 m"));
+  ExpectError(RunSlcmap("calibration " + rig + " -o " + rig), 2, "found a file that is read");
+  ExpectError(RunSlcmap("calibration " + folder.Path("none.yaml")), 1, "none.yaml");
 }
 
 TEST(Odometry, ErrorsNameThePlace) {
