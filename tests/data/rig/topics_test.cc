@@ -9,6 +9,7 @@
 #include "data/core/error.h"
 #include "data/rig/profile.h"
 #include "tests/data/rig/made_rig_bag.h"
+#include "tests/testing/shared_data.h"
 
 namespace slcmap {
 namespace {
@@ -317,6 +318,24 @@ TEST(ProfiledTopics, WithoutAnImuTheyMayBeChosenAllTheSame) {
   const RecordingTopics topics = ChooseTopics(bag.Open().get(), {}, false);
   EXPECT_EQ(topics.left, "/cam0/image_raw");
   EXPECT_EQ(topics.gyro, "");
+}
+
+// None of them is of a stereo rig with an IMU; one has a camera's colour and depth.
+TEST(ProfiledTopics, GenuineBagsAreRefusedWithWhatIsInThem) {
+  const std::string shared = testing::SharedData("bags");
+  if (shared.empty()) GTEST_SKIP() << "no bags of others are here";
+  int bags = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(shared)) {
+    const std::string path = entry.path().string();
+    const std::string extension = entry.path().extension().string();
+    if (!entry.is_regular_file() || extension == ".yaml" || !IsBag(path)) continue;
+    ++bags;
+    const auto bag = OpenBag(path);
+    EXPECT_THAT(Refusal(bag.get(), {}), HasSubstr("expected one rig's; there are /")) << path;
+  }
+  EXPECT_GT(bags, 10);
+  const auto camera = OpenBag(shared + "/realsense_depth_color_lz4.bag");
+  EXPECT_THAT(Refusal(camera.get(), {}), HasSubstr("found 0 topics of an IMU"));
 }
 
 TEST(RigProfile, RefusesWhatItDoesNotKnow) {
