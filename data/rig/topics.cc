@@ -144,7 +144,8 @@ bool IsDepth(const std::string& name, const Looks& looks) {
   const auto look = looks.find(name);
   const bool is_by_kind = look != looks.end() && (look->second.encoding.starts_with("16UC1") ||
                                                   look->second.encoding.starts_with("32FC1"));
-  return is_by_kind || name.find("depth") != std::string::npos;
+  return is_by_kind || name.find("depth") != std::string::npos ||
+         name.find("Depth") != std::string::npos;
 }
 
 // Images of two cameras that take them together are of one size and about as many.
