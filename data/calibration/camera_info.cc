@@ -30,7 +30,9 @@ bool IsRotation(const Eigen::Matrix3d& r) {
 // Where a camera stands on the common x axis, in metres.
 double PlaceOnBaseline_m(const CameraInfo& info) { return -info.p(0, 3) / info.p(0, 0); }
 
+// Drivers that know no rectification write identities as R.
 bool AreRectifying(const CameraInfo& left, const CameraInfo& right) {
+  if (left.r.isIdentity(0) && right.r.isIdentity(0)) return false;
   const auto same = [](double a, double b) { return std::abs(a - b) <= kSameFocal * std::abs(a); };
   return IsRotation(left.r) && IsRotation(right.r) && same(left.p(0, 0), right.p(0, 0)) &&
          same(left.p(1, 1), right.p(1, 1)) && same(left.p(1, 2), right.p(1, 2));

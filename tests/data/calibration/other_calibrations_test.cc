@@ -389,6 +389,9 @@ TEST(CameraInfo, DriversSidesAndWhatTheyDoNotKnow) {
   at_left.p(0, 3) = 400 * 0.05;
   EXPECT_NEAR(x_m(at_left, left, ImageKind::kRectified), 0.05, 1e-12);
   EXPECT_EQ(x_m(left, left, ImageKind::kRectified), 0);
+  EXPECT_EQ(x_m(left, right, ImageKind::kRaw), 0);  // R is nothing but identities
+  left.r = ExpRotation({0, 0.01, 0}).toRotationMatrix();
+  EXPECT_NE(x_m(left, right, ImageKind::kRaw), 0);
   right.p(0, 0) = 410;  // ZED's raw ones: R does not rectify
   EXPECT_EQ(x_m(left, right, ImageKind::kRaw), 0);
   EXPECT_TRUE(IsUndistorted(left));
