@@ -30,10 +30,10 @@ bool IsUndistorted(const CameraInfo& info);
 // The camera of such images. Throws InputFault, also for a driver that had no calibration (zeros).
 Camera CameraFromInfo(const CameraInfo& info, ImageKind kind);
 
-// T_left_right of such images by P, and of raw ones by R, where these rectify: both rotate, and
-// both P have one focal length. Drivers write the baseline at the right camera (negative) or at the
-// left one (positive); it comes out along the left camera's x axis, against it where the cameras
-// are the other way about. Nothing where the two do not tell it.
+// T_left_right of such images by P, and of raw ones by R, where these rectify: rotations, not
+// both identities, while both P have one focal length. Drivers write the baseline at the right
+// camera (negative) or at the left one (positive); it comes out along the left camera's x axis,
+// against it where the cameras are the other way about. Nothing where the two do not tell it.
 std::optional<RigidTransform> RightPoseFromInfo(const CameraInfo& left, const CameraInfo& right,
                                                 ImageKind kind);
 
