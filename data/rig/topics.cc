@@ -17,14 +17,20 @@
 namespace slcmap::inline data {
 namespace {
 
-// What is there, as a message lists it.
+// What is there, as a message lists it: recorders of a whole robot write hundreds of others.
 std::string ListTopics(const Bag& bag) {
   std::string text;
+  size_t others = 0;
   for (const BagTopic& topic : bag.topics()) {
+    if (!IsImageTopic(topic) && !IsImuTopic(topic)) {
+      ++others;
+      continue;
+    }
     text += fmt::format("{}{} ({}{})", text.empty() ? "" : ", ", topic.name, topic.type,
                         topic.messages < 0 ? "" : fmt::format(", {}", topic.messages));
   }
-  return text.empty() ? "no topics" : text;
+  if (text.empty()) text = "none of images or an IMU";
+  return others == 0 ? text : fmt::format("{}, and {} of other kinds", text, others);
 }
 
 [[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
