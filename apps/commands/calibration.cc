@@ -75,8 +75,11 @@ Calibration ReadOfBag(const CalibrationArguments& arguments, Warnings* warnings)
   return ReadBagCalibration(topics, fmt::format("{}", fmt::join(beside, ",")), bag.get(), warnings);
 }
 
-void ShowCalibration(const CalibrationArguments& arguments) {
+void ShowCalibration(CalibrationArguments arguments) {
   Warnings warnings;
+  std::error_code error;
+  const std::string asl = arguments.files.front() + "/mav0";
+  if (std::filesystem::is_directory(asl, error)) arguments.files.front() = asl;
   const bool is_bag = IsBag(arguments.files.front());
   const Calibration calibration =
       is_bag ? ReadOfBag(arguments, &warnings)
@@ -87,7 +90,6 @@ void ShowCalibration(const CalibrationArguments& arguments) {
   }
   std::fputs(CalibrationTable(calibration).c_str(), stdout);
   if (arguments.output.empty()) return;
-  std::error_code error;
   for (const std::string& file : arguments.files) {
     if (!std::filesystem::equivalent(file, arguments.output, error)) continue;
     throw ConfigError(arguments.output + ": found a file that is read, expected a new name");
