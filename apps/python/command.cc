@@ -157,8 +157,8 @@ void FollowPythonsLevel() {
 // In a thread of its own. What it prints is added to `printed`, also where it fails.
 void RunCommand(const std::vector<std::string>& arguments, const py::object& progress,
                 py::list printed) {
-  if (!arguments.empty() && arguments.front() == "compare") {
-    throw ConfigError("compare: found it in Python, expected the program, which it starts itself");
+  if (!arguments.empty() && (arguments[0] == "compare" || arguments[0] == "batch")) {
+    throw ConfigError(arguments[0] + ": found it in Python, expected the program, as it starts it");
   }
   FollowPythonsLevel();
   Mailbox mailbox;

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -129,7 +130,8 @@ ImuNoise MakeNoise(const py::dict& numbers) {
 }
 
 Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
-            double camera_time_offset_s, const py::dict& imu_noise) {
+            double camera_time_offset_s, const py::dict& imu_noise, double right_time_offset_s,
+            const std::array<double, 2>& readout_s) {
   if (cameras.empty() || cameras.size() > 2 || T_imu_camera.size() != cameras.size()) {
     throw ConfigError(
         fmt::format("Rig: found {} cameras and {} T_imu_camera, expected one or two, and as many",
@@ -143,6 +145,8 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
   }
   rig.camera_time_offset_s = camera_time_offset_s;
   rig.imu_noise = MakeNoise(imu_noise);
+  rig.right_time_offset_s = right_time_offset_s;
+  rig.readout_s = readout_s;
   CheckRig(rig, "Rig");
   return rig;
 }
@@ -170,8 +174,11 @@ void AddRigClass(py::module_& module) {
   py::class_<Rig>(module, "Rig", "One or two cameras, the left one first, and an IMU.")
       .def(py::init(&MakeRig), py::arg("cameras"), py::arg("T_imu_camera"),
            py::arg("camera_time_offset_s") = 0.0, py::arg("imu_noise") = py::dict(),
+           py::arg("right_time_offset_s") = 0.0, py::arg("readout_s") = std::array<double, 2>{},
            "T_imu_camera: a 4 x 4 matrix a camera. A stamp on the IMU's clock is the camera's plus "
-           "the offset. Throws ConfigError and DataError.")
+           "the offset. Of cameras that are not triggered together, the right image is taken so "
+           "much after the left one; readout_s of a rolling shutter is from the first row to the "
+           "last, a camera. Throws ConfigError and DataError.")
       .def_static(
           "load", &LoadRig, py::arg("path"),
           "Of a Kalibr camera chain, or of a folder with sensor.yaml files. Throws DataError.")
@@ -202,6 +209,8 @@ void AddRigClass(py::module_& module) {
           },
           "Continuous densities, with their units in the keys, and rate_hz.")
       .def_readonly("camera_time_offset_s", &Rig::camera_time_offset_s)
+      .def_readonly("right_time_offset_s", &Rig::right_time_offset_s)
+      .def_readonly("readout_s", &Rig::readout_s, "2, seconds; 0 of a global shutter.")
       .def("__repr__", &DescribeRig);
 }
 

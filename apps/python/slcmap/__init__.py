@@ -77,7 +77,7 @@ def _method(method: Optional[str]) -> list[str]:
 
 
 def command(*arguments: Path, progress: Progress = None) -> str:
-    """Runs any command but `compare` with these arguments, and returns what it prints.
+    """Runs any command but `compare` and `batch` with these arguments, and returns what it prints.
 
     command("merge", "MAP1", "MAP2", "-o", "BUILDING"). progress(label, share) is called with what
     is under way and how far it is, in [0, 1]; what it throws, or Ctrl-C, ends the command with the
@@ -100,7 +100,10 @@ def _command(arguments: list[str], options: Options, progress: Progress) -> None
 
 
 class Result:
-    """What `run` wrote into a folder: run, map, export and map.html."""
+    """What `run` wrote into a folder: run, map, export and map.html.
+
+    Also of a run for which FailedRunError was thrown: Result("OUT").
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = os.fspath(folder)

@@ -33,7 +33,8 @@ class Camera:
 
 class Rig:
     def __init__(self, cameras: Sequence[Camera], T_imu_camera: Sequence[ArrayLike],
-                 camera_time_offset_s: float = ..., imu_noise: dict[str, float] = ...) -> None: ...
+                 camera_time_offset_s: float = ..., imu_noise: dict[str, float] = ...,
+                 right_time_offset_s: float = ..., readout_s: Sequence[float] = ...) -> None: ...
     @staticmethod
     def load(path: _Path) -> Rig: ...
     def save(self, path: _Path) -> None: ...
@@ -41,6 +42,8 @@ class Rig:
     T_imu_camera: _Floats
     imu_noise: dict[str, float]
     camera_time_offset_s: float
+    right_time_offset_s: float
+    readout_s: list[float]
 
 class Trajectory:
     def __init__(self, stamps_ns: ArrayLike, positions: ArrayLike,
