@@ -50,7 +50,7 @@ void SetUpLog() {
 }
 
 int RunProgram(int argc, char** argv) {
-  CLI::App app("Maps buildings from the images of a stereo camera and the samples of an IMU.");
+  CLI::App app;
   app.set_version_flag("--version", kVersion);
   SetUpLog();
   AddCommands(app);

@@ -143,6 +143,7 @@ std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error
 
 void AddCommands(CLI::App& app) {
   app.name("slcmap");
+  app.description("Maps buildings from the images of a stereo camera and the samples of an IMU.");
   app.require_subcommand(1);
   // In the order in which data flows; each is in the file of its name.
   AddSimulateCommand(app);

@@ -116,7 +116,7 @@ class OneCommand {
 };
 
 void ParseAndRun(std::vector<std::string> arguments) {
-  CLI::App app("slcmap");
+  CLI::App app;
   AddCommands(app);
   std::reverse(arguments.begin(), arguments.end());
   try {

@@ -130,11 +130,11 @@ class OdometryTest(unittest.TestCase):
             cls.state = cls.live.add_stereo(sample.stamp_ns, sample.left, sample.right)
             fed = until
         cls.frame_s = (time.perf_counter() - start_s) / len(RECORDING)
-        cls.run_folder = FOLDER / "live-run"
-        cls.run = slcmap.odometry(RECORDING, cls.run_folder, no_check=True)
+        run_folder = FOLDER / "live-run"
+        cls.commanded = slcmap.odometry(RECORDING, run_folder, no_check=True)
 
     def test_fed_live_it_is_the_commands(self):
-        live, run = self.live.trajectory, self.run.trajectory
+        live, run = self.live.trajectory, self.commanded.trajectory
         self.assertGreater(len(live), 40)
         np.testing.assert_array_equal(live.stamps_ns, run.stamps_ns)
         np.testing.assert_allclose(live.positions, run.positions, atol=1e-6)
