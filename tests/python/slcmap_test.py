@@ -123,13 +123,13 @@ class OdometryTest(unittest.TestCase):
     def setUpClass(cls):
         cls.live = slcmap.Odometry(RECORDING.rig)
         imu, fed = RECORDING.imu, 0
-        start_s = time.perf_counter()
+        start_s = time.process_time()
         for sample in RECORDING:
             until = np.searchsorted(imu["stamps_ns"], sample.stamp_ns) + 1
             cls.live.add_imu(imu["stamps_ns"][fed:until], imu["gyro"][fed:until], imu["accel"][fed:until])
             cls.state = cls.live.add_stereo(sample.stamp_ns, sample.left, sample.right)
             fed = until
-        cls.frame_s = (time.perf_counter() - start_s) / len(RECORDING)
+        cls.frame_s = (time.process_time() - start_s) / len(RECORDING)
         run_folder = FOLDER / "live-run"
         cls.commanded = slcmap.odometry(RECORDING, run_folder, no_check=True)
 
@@ -148,13 +148,13 @@ class OdometryTest(unittest.TestCase):
     def test_a_call_costs_little(self):
         sample, calls = RECORDING[0], 300  # of the past: not taken
         left, right = sample.left, sample.right
-        start_s = time.perf_counter()
+        start_s = time.process_time()
         for _ in range(calls):
             for _ in range(10):
                 self.live.add_imu(0, [0, 0, 0], [0, 0, 9.81])
             self.live.add_stereo(sample.stamp_ns, left, right)
-        call_s = (time.perf_counter() - start_s) / calls
-        print(f"figure: Python costs {1e6 * call_s:.0f} us an image with ten samples of the IMU, "
+        call_s = (time.process_time() - start_s) / calls
+        print(f"figure: Python costs {1e6 * call_s:.0f} us of CPU an image with ten samples of the IMU, "
               f"{100 * call_s / self.frame_s:.2f} % of {1e3 * self.frame_s:.1f} ms")
 
     def test_wrong_arrays_are_refused(self):
