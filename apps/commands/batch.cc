@@ -254,7 +254,10 @@ void RunSite(const BatchArguments& arguments) {
   }
   const Workflow workflow = PlanSite(folder, site);
   WriteWorkflow(folder, workflow);
-  ReplaceFile(folder + "/workflow/Snakefile", ReadFile(ConfigFolder() + "/batch/Snakefile"));
+  for (const char* name : {"Snakefile", "job.sh"}) {
+    ReplaceFile(fmt::format("{}/workflow/{}", folder, name),
+                ReadFile(fmt::format("{}/batch/{}", ConfigFolder(), name)));
+  }
   const int left = MarkWhatIsDone(folder, workflow);
   spdlog::info("{}: {} recordings, {} of {} jobs are to be done", arguments.output,
                site.recordings.size(), left, workflow.jobs.size());
