@@ -97,7 +97,7 @@ TEST_F(RollingFrames, WhatIsExactAtItsOwnTimeIsExactAtTheStamp) {
     line.left = {line.timed[0].on_plane, line.timed[1].on_plane};
     line.right = LineSegment{line.timed[2].on_plane, line.timed[3].on_plane};
   }
-  EXPECT_GT(LargestResidual(), 3);
+  EXPECT_GT(LargestResidual(), 2);
   BringToStamps(model_, &window_);
   EXPECT_LT(LargestResidual(), 1e-6);
 }
