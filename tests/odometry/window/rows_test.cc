@@ -141,7 +141,7 @@ SimulatedRunOptions Perfect(double right_offset_s, double readout_s) {
 
 TEST(EstimatorOfRows, RollingShuttersAndLateRightImagesCostLittle) {
   for (const auto& [right_offset_s, readout_s] :
-       {std::pair{0.008, 0.0}, {-0.008, 0.0}, {0.0, 0.02}, {0.008, 0.02}}) {
+       {std::pair{-0.008, 0.0}, {0.0, 0.02}, {0.008, 0.02}}) {
     SimulatedRunOptions options = Perfect(right_offset_s, readout_s);
     const double known_m = LargestPositionError(RunOnSimulatedTracks(options));
     options.takes_rows_at_once = true;
