@@ -153,12 +153,13 @@ void BringToStamps(const CostModel& model, WindowState* window) {
 }
 
 ReadoutEstimate::ReadoutEstimate(double sigma_s)
-    : information_per_s2_(sigma_s > 0 ? 1 / (sigma_s * sigma_s) : 0) {}
+    : given_per_s2_(sigma_s > 0 ? 1 / (sigma_s * sigma_s) : 0),
+      information_per_s2_(given_per_s2_) {}
 
 void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
-  // Errors of neighbouring keyframes are common: what was known before counts less each time.
-  constexpr double kKept = 0.95;
-  if (information_per_s2_ == 0) return;
+  // States follow a readout that was wrong: each keyframe tells but a part of what is left of it.
+  constexpr double kKept = 0.5;
+  if (given_per_s2_ == 0) return;
   const FrameState& frame = *window.frames.back();
   const FrameAtStamp at_stamp(window, *model, frame);
   Eigen::Matrix<double, 7, 7> information = Eigen::Matrix<double, 7, 7>::Identity();
@@ -188,7 +189,8 @@ void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
   const Eigen::Matrix<double, 6, 1> coupling = information.topRightCorner<6, 1>();
   const double known_per_s2 = information(6, 6) - coupling.dot(of_pose.solve(coupling));
   const double slope = gradient[6] - coupling.dot(of_pose.solve(gradient.head<6>()));
-  information_per_s2_ = kKept * information_per_s2_ + std::max(0.0, known_per_s2);
+  information_per_s2_ =
+      std::max(given_per_s2_, kKept * information_per_s2_) + std::max(0.0, known_per_s2);
   model->readout_change_s -= slope / information_per_s2_;
 }
 

@@ -32,7 +32,7 @@ class ReadoutEstimate {
   void Improve(const WindowState& window, CostModel* model);
 
  private:
-  double information_per_s2_ = 0;
+  double given_per_s2_, information_per_s2_;
 };
 
 }  // namespace slcmap::odometry
