@@ -442,6 +442,10 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   OutputFolder output(arguments.run, RunFiles(), ListInputs(arguments));
   Sequence sequence = OpenPart(arguments);
   output.Open();
+  if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono) {
+    spdlog::warn("{}: found one camera, which is used alone: its map has no dense cloud",
+                 sequence.folder);
+  }
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   const bool uses_right = UsesRight(options.odometry.method, sequence.rig);
