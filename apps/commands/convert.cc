@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,29 +43,37 @@ std::vector<std::string> SplitWords(const std::string& text) {
   return words;
 }
 
+// What each kind of bag can be packed with.
+const std::map<std::string, std::vector<std::string>>& KnownPackings() {
+  static const std::map<std::string, std::vector<std::string>> known = {
+      {"bag", {"none", "lz4", "bz2"}},
+      {"db3", {"none", "zstd"}},
+      {"mcap", {"none", "lz4", "zstd", "unchunked"}}};
+  return known;
+}
+
 // By the output's name, and what --packing says otherwise.
 BagPacking ParsePacking(const std::string& output, const std::string& text) {
-  BagPacking packing{kFolder, "none"};
-  for (const std::string form : {"bag", "db3", "mcap"}) {
+  BagPacking packing{kFolder, ""};
+  for (const auto& [form, compressions] : KnownPackings()) {
     if (output.ends_with("." + form)) packing.form = form;
   }
-  bool is_packed = false;
   for (const std::string& word : SplitWords(text)) {
-    const bool is_form = word == kFolder || word == "bag" || word == "db3" || word == "mcap";
+    const bool is_form = word == kFolder || KnownPackings().contains(word);
     (is_form ? packing.form : packing.compression) = word;
-    is_packed = is_packed || !is_form;
   }
-  if (packing.form == kFolder && is_packed) {
+  if (packing.form == kFolder && !packing.compression.empty()) {
     throw ConfigError(fmt::format(
         "--packing: found {} for the folder {}, expected it for a bag: give OUT the ending .bag, "
         ".db3 or .mcap, or --packing bag, db3 or mcap with it",
         packing.compression, output));
   }
-  if (packing.form == "db3" && packing.compression != "none" && packing.compression != "zstd") {
-    throw ConfigError(
-        fmt::format("--packing: found {} for db3, expected none or zstd", packing.compression));
-  }
-  return packing;
+  if (packing.compression.empty()) packing.compression = "none";
+  if (packing.form == kFolder) return packing;
+  const std::vector<std::string>& known = KnownPackings().at(packing.form);
+  if (std::ranges::count(known, packing.compression) > 0) return packing;
+  throw ConfigError(fmt::format("--packing: found {} for {}, expected one of {}",
+                                packing.compression, packing.form, fmt::join(known, ", ")));
 }
 
 // Makes something at a path of its own beside the output, and puts it in place when it is whole.
@@ -128,10 +137,18 @@ void LogCounts(const ConvertedCounts& counts) {
   }
 }
 
-void ConvertToFolder(const ConvertArguments& arguments, const std::string& path,
-                     const RecordingTables& recording) {
+std::unique_ptr<RecordingTables> OpenInput(const ConvertArguments& arguments) {
+  SequenceOptions opened = arguments.opened;
+  opened.needs_imu = false;
+  auto recording = OpenTables(arguments.input, opened);
+  spdlog::info("{}: {}", arguments.input, recording->form());
+  return recording;
+}
+
+void ConvertToFolder(const ConvertArguments& arguments, const std::string& path) {
   OutputFolder output(path, {"a recording", {"mav0"}}, ListFolders(arguments.input));
-  LogCounts(WriteAslRecording(recording, arguments.part, output.staging() + "/mav0",
+  const auto recording = OpenInput(arguments);
+  LogCounts(WriteAslRecording(*recording, arguments.part, output.staging() + "/mav0",
                               StageProgress("convert")));
   output.Commit();
 }
@@ -155,9 +172,10 @@ void ConvertVideo(const ConvertArguments& arguments, const std::string& path) {
 }
 
 void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
-                  const BagPacking& packing, const RecordingTables& recording) {
+                  const BagPacking& packing) {
   OutputBag output(path, packing, arguments.input);
-  LogCounts(WriteBagRecording(recording, arguments.part, packing, arguments.keep_files,
+  const auto recording = OpenInput(arguments);
+  LogCounts(WriteBagRecording(*recording, arguments.part, packing, arguments.keep_files,
                               output.Begin(), StageProgress("convert")));
   output.Commit();
 }
@@ -165,14 +183,10 @@ void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
 void ConvertRecording(const ConvertArguments& arguments, const std::string& path,
                       const BagPacking& packing) {
   ExpectFolder(arguments.input, FolderKind::kSequence);
-  SequenceOptions opened = arguments.opened;
-  opened.needs_imu = false;
-  const std::unique_ptr<RecordingTables> recording = OpenTables(arguments.input, opened);
-  spdlog::info("{}: {}", arguments.input, recording->form());
   if (packing.form == kFolder) {
-    ConvertToFolder(arguments, path, *recording);
+    ConvertToFolder(arguments, path);
   } else {
-    ConvertToBag(arguments, path, packing, *recording);
+    ConvertToBag(arguments, path, packing);
   }
 }
 

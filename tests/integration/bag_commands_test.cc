@@ -38,7 +38,7 @@ class BagCommands : public ::testing::Test {
 
   // The files of a run, but for those that tell its times and where it was made.
   std::map<std::string, std::string> Run(const std::string& recording) {
-    const std::string run = folder_.Path("run");
+    const std::string run = out_.Path("run");
     fs::remove_all(run);
     const ProcessResult result =
         RunSlcmap("-q odometry " + recording + " --method points --force --calibration " +
@@ -55,11 +55,11 @@ class BagCommands : public ::testing::Test {
     return files;
   }
 
-  TempFolder folder_;
+  TempFolder folder_, out_;
 };
 
 TEST_F(BagCommands, ARunHasTheSameBytesOfAFolderAndOfAnyBag) {
-  const auto of_folder = Run(folder_.Path());
+  const auto of_folder = Run(folder_.Path("mav0"));
   for (const auto& [to, options] : {std::pair{"a.bag", "--packing bz2"},
                                     {"b", "--packing db3,zstd"},
                                     {"c.mcap", ""},
@@ -83,9 +83,9 @@ TEST_F(BagCommands, CheckListsTheTopicsAndTheMapOpensTheBagAgain) {
   EXPECT_THAT(RunSlcmap("check " + bag + calibration).output,
               HasSubstr("sensor_msgs/Imu: gyroscope and accelerometer"));
   Run(bag);
-  EXPECT_THAT(ReadText(folder_.Path("run/run.json")), HasSubstr("left=/cam0/image_raw"));
+  EXPECT_THAT(ReadText(out_.Path("run/run.json")), HasSubstr("left=/cam0/image_raw"));
   const auto map = [&](const std::string& options) {
-    return RunSlcmap("-q map " + folder_.Path("run") + " -o " + folder_.Path("map") + options);
+    return RunSlcmap("-q map " + out_.Path("run") + " -o " + out_.Path("map") + options);
   };
   EXPECT_EQ(map("").exit_code, 0);
   fs::rename(bag, folder_.Path("moved.bag"));
@@ -113,19 +113,20 @@ TEST_F(BagCommands, WrongUsageOfConvertIsTold) {
       {in + " " + out + " -o " + out, "expected one of them"},
       {in + " " + out + " --packing lz4", "expected it for a bag"},
       {in + " " + out + ".bag --packing zstd", "zstd"},
-      {in + " " + out + ".db3 --packing zstd_file", "expected none or zstd"},
+      {in + " " + out + ".db3 --packing zstd_file", "expected one of none, zstd"},
       {in + " " + out + ".bag --from 1000", "found no image"},
       {in + " " + in, "would be overwritten"},
       {in + " " + out + " --topics left=/a", "no bag"}};
   for (const auto& [arguments, words] : kWrong) {
     SCOPED_TRACE(arguments);
-    ExpectError(RunSlcmap("convert " + arguments), 2, words);
+    ExpectError(RunSlcmap("-q convert " + arguments), 2, words);
   }
   folder_.Write("full/notes.txt", "mine");
-  ExpectError(RunSlcmap("convert " + in + " " + folder_.Path("full") + " --packing db3"), 2,
+  ExpectError(RunSlcmap("-q convert " + in + " " + folder_.Path("full") + " --packing db3"), 2,
               "expected nothing, or an empty folder");
   EXPECT_EQ(ReadText(folder_.Path("full/notes.txt")), "mine");
-  ExpectError(RunSlcmap("convert " + folder_.Path("none") + " " + out), 1, "none: found no such");
+  ExpectError(RunSlcmap("-q convert " + folder_.Path("none") + " " + out), 1,
+              "none: found no such");
   for (const auto& entry : fs::directory_iterator(folder_.Path())) {
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("unfinished")));
   }
