@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <string>
 
-#include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/source/sequence.h"
 #include "export/export.h"
@@ -27,9 +26,11 @@ slcmap::RunSource DescribeSource(const slcmap::Sequence& sequence,
   source.options = options.ToYaml();
   source.raw_rig = sequence.rig;
   source.opened = sequence.opened;
+  const auto within = [&](const std::filesystem::path& image) {
+    return image.lexically_relative(sequence.folder).string();
+  };
   for (const slcmap::StereoEntry& entry : sequence.images) {
-    source.images.push_back({entry.stamp_ns, slcmap::PathWithin(entry.left_path, sequence.folder),
-                             slcmap::PathWithin(entry.right_path, sequence.folder)});
+    source.images.push_back({entry.stamp_ns, within(entry.left_path), within(entry.right_path)});
   }
   return source;
 }
