@@ -154,8 +154,8 @@ TEST(TurnAlignment, ALevelRigTellsNothingOfTheAxesThatItDoesNotTurnAbout) {
   ASSERT_TRUE(found.enough_motion);
   EXPECT_NEAR(found.scales.y(), 1, 0.01);
   EXPECT_LT(found.scale_sigmas.y(), 0.005);
-  EXPECT_GT(found.scale_sigmas.x(), 0.2);
-  EXPECT_GT(found.scale_sigmas.z(), 0.2);
+  EXPECT_GT(found.scale_sigmas.x(), 0.15);
+  EXPECT_GT(found.scale_sigmas.z(), 0.15);
 }
 
 TEST(TurnAlignment, FindsClocksThatAreSecondsApart) {
