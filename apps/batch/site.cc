@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -68,6 +69,13 @@ void CheckDate(const std::string& place, const std::string& date, Faults* faults
   for (std::size_t i = 0; is_date && i < date.size(); ++i) {
     const bool is_dash = i == 4 || i == 7;
     is_date = is_dash ? date[i] == '-' : std::isdigit(static_cast<unsigned char>(date[i])) != 0;
+  }
+  if (is_date) {
+    using namespace std::chrono;
+    const year_month_day day{year(std::stoi(date.substr(0, 4))),
+                             month(static_cast<unsigned>(std::stoi(date.substr(5, 2)))),
+                             std::chrono::day(static_cast<unsigned>(std::stoi(date.substr(8, 2))))};
+    is_date = day.ok();
   }
   if (!is_date && !date.empty()) {
     faults->Add(fmt::format("{}.date: found '{}', expected YYYY-MM-DD", place, date));

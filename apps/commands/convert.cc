@@ -55,12 +55,17 @@ const std::map<std::string, std::vector<std::string>>& KnownPackings() {
 // By the output's name, and what --packing says otherwise.
 BagPacking ParsePacking(const std::string& output, const std::string& text) {
   BagPacking packing{kFolder, ""};
+  std::string ending;
   for (const auto& [form, compressions] : KnownPackings()) {
-    if (output.ends_with("." + form)) packing.form = form;
+    if (output.ends_with("." + form)) ending = packing.form = form;
   }
   for (const std::string& word : SplitWords(text)) {
     const bool is_form = word == kFolder || KnownPackings().contains(word);
     (is_form ? packing.form : packing.compression) = word;
+  }
+  if (!ending.empty() && packing.form != ending) {
+    throw ConfigError(fmt::format("--packing: found {} for {}, expected {} by its ending",
+                                  packing.form, output, ending));
   }
   if (packing.form == kFolder && !packing.compression.empty()) {
     throw ConfigError(fmt::format(
@@ -88,20 +93,22 @@ class OutputBag {
     const fs::path whole = FolderItself(path);
     aside_ = whole.string() + ".unfinished";
     name_ = (is_file_of_folder_ ? whole.stem() : whole.filename()).string();
+    RefuseFilesOfOthers(input);
     std::error_code error;
     const bool wants_file = !is_folder_ || is_file_of_folder_;
     const std::string found = NoFileAt(path);
-    if (wants_file && found.empty()) return;
+    const bool is_new = !fs::exists(path, error) || fs::file_size(path, error) == 0;
+    if (wants_file && found.empty() && is_new) return;
     if (!wants_file && !fs::exists(path, error)) return;
     if (!wants_file && fs::is_directory(path, error) && fs::is_empty(path, error)) return;
-    throw ConfigError(
-        fmt::format("output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
-                    wants_file ? "a file, or nothing" : "nothing, or an empty folder"));
+    throw ConfigError(fmt::format(
+        "output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
+        wants_file ? "nothing there: remove it, or name another" : "nothing, or an empty folder"));
   }
 
   ~OutputBag() {
     std::error_code error;
-    fs::remove_all(aside_, error);
+    if (is_begun_) fs::remove_all(aside_, error);
   }
   OutputBag(const OutputBag&) = delete;
   OutputBag& operator=(const OutputBag&) = delete;
@@ -111,6 +118,7 @@ class OutputBag {
     std::error_code error;
     fs::remove_all(aside_, error);  // of one that was killed
     MakeFolder(aside_);
+    is_begun_ = true;
     return aside_ + "/" + name_;
   }
 
@@ -124,8 +132,23 @@ class OutputBag {
   }
 
  private:
+  // Where it is made there may be what a conversion that was killed has left, and nothing else.
+  void RefuseFilesOfOthers(const std::string& input) const {
+    std::error_code error;
+    const fs::path aside = fs::weakly_canonical(aside_, error);
+    const fs::path from_aside = fs::weakly_canonical(input, error).lexically_relative(aside);
+    bool is_ours = from_aside.empty() || *from_aside.begin() == "..";
+    for (const auto& entry : fs::directory_iterator(aside_, error)) {
+      is_ours = is_ours && entry.path().filename() == name_;
+    }
+    if (is_ours) return;
+    throw ConfigError(
+        fmt::format("output {}: found files in {}, where it is made, expected none: move them away",
+                    path_, aside_));
+  }
+
   std::string path_, aside_, name_;
-  bool is_folder_ = false, is_file_of_folder_ = false;
+  bool is_folder_ = false, is_file_of_folder_ = false, is_begun_ = false;
 };
 
 void LogCounts(const ConvertedCounts& counts) {
@@ -180,6 +203,25 @@ void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
   output.Commit();
 }
 
+void CheckVideoOptions(const ConvertArguments& arguments, bool is_video,
+                       const BagPacking& packing) {
+  const VideoRecording& video = arguments.video;
+  const bool are_said = !video.logs.empty() || !video.frame_times.empty() || !video.right.empty() ||
+                        video.side_by_side;
+  if (are_said && !is_video) {
+    throw ConfigError(arguments.input +
+                      ": found --imu, --frame-times, --right or --side-by-side, expected them for "
+                      "a video alone");
+  }
+  if (!video.right.empty() && video.side_by_side) {
+    throw ConfigError("found --right and --side-by-side, expected one of them");
+  }
+  if (is_video && packing.form != kFolder) {
+    throw ConfigError(arguments.input + ": found a video to become a " + packing.form +
+                      ", expected a folder, which can be converted to a bag afterwards");
+  }
+}
+
 void ConvertRecording(const ConvertArguments& arguments, const std::string& path,
                       const BagPacking& packing) {
   ExpectFolder(arguments.input, FolderKind::kSequence);
@@ -200,7 +242,8 @@ void Convert(const ConvertArguments& arguments) {
   arguments.part.Check();
   const BagPacking packing = ParsePacking(path, arguments.packing);
   const bool is_video = IsVideoRecording(arguments.input);
-  if (is_video && packing.form == kFolder) {
+  CheckVideoOptions(arguments, is_video, packing);
+  if (is_video) {
     ConvertVideo(arguments, path);
   } else {
     ConvertRecording(arguments, path, packing);

@@ -246,8 +246,14 @@ RecordingTopics ParseTopics(const std::string& text) {
       throw ConfigError(fmt::format(
           "--topics: found '{}', expected left=/a,right=/b,imu=/c, or gyro=/c,accel=/d", entry));
     }
-    for (std::string* place : places) *place = name;
+    for (std::string* place : places) {
+      if (!place->empty()) throw ConfigError("--topics: found " + role + "= twice, expected once");
+      *place = name;
+    }
     from = to + 1;
+  }
+  if (!topics.left.empty() && topics.left == topics.right) {
+    throw ConfigError("--topics: found left= and right= of one topic, expected two");
   }
   if (topics.left.empty() && !topics.right.empty()) {
     throw ConfigError("--topics: found right= without left=, expected both, or left= alone");

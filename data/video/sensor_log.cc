@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <sstream>
 #include <string_view>
 
@@ -36,13 +37,20 @@ bool HasWord(const std::string& text, std::initializer_list<const char*> words) 
 }
 
 bool NamesTime(const std::string& name) { return name == "t" || HasWord(name, {"time", "stamp"}); }
+// Of other sensors, and what phones make of them.
+bool NamesOther(const std::string& name) {
+  return HasWord(name, {"mag", "lin", "user", "grav", "bias", "angle", "quat"});
+}
 bool NamesGyro(const std::string& name) {
-  return HasWord(name, {"gyr", "omega", "ang", "rot", "w_"}) || name.starts_with("w") ||
-         name.starts_with("gx") || name.starts_with("gy") || name.starts_with("gz");
+  if (NamesOther(name)) return false;
+  return HasWord(name, {"gyr", "omega", "angular", "rotationrate", "rotation_rate"}) ||
+         name.starts_with("w") || name.starts_with("gx") || name.starts_with("gy") ||
+         name.starts_with("gz");
 }
 bool NamesAccel(const std::string& name) {
-  return HasWord(name, {"acc", "a_"}) || name.starts_with("ax") || name.starts_with("ay") ||
-         name.starts_with("az");
+  if (NamesOther(name)) return false;
+  return HasWord(name, {"acc"}) || name.starts_with("a_") || name.starts_with("ax") ||
+         name.starts_with("ay") || name.starts_with("az");
 }
 
 // 0 to 2 of a name that ends in x, y or z, its unit in brackets aside; -1 of others.
@@ -63,17 +71,29 @@ bool IsWhole(const std::array<int, 3>& columns) {
   return std::ranges::all_of(columns, [](int column) { return column >= 0; });
 }
 
-Columns FromHeader(const std::vector<std::string_view>& names) {
+[[noreturn]] void FailColumns(const std::string& path, const std::string& found) {
+  throw InputFault("imu-columns",
+                   fmt::format("{}: found {}, expected a time, and x, y and z of a gyroscope or an "
+                               "accelerometer once",
+                               path, found),
+                   "head the table: time_s, gyro_x, gyro_y, gyro_z, acc_x, acc_y, acc_z");
+}
+
+Columns FromHeader(const std::string& path, const std::vector<std::string_view>& names) {
   Columns columns{-1, {-1, -1, -1}, {-1, -1, -1}};
+  const auto take = [&](int column, const std::string& name, int* place) {
+    if (*place >= 0) FailColumns(path, "more than one column like '" + name + "'");
+    *place = column;
+  };
   for (int i = 0; i < std::ssize(names); ++i) {
     const std::string name = Lower(names[static_cast<size_t>(i)]);
     const int axis = AxisIn(name);
     if (NamesTime(name)) {
       if (columns.time < 0) columns.time = i;
     } else if (axis >= 0 && NamesAccel(name)) {
-      columns.accel[static_cast<size_t>(axis)] = i;
+      take(i, name, &columns.accel[static_cast<size_t>(axis)]);
     } else if (axis >= 0 && NamesGyro(name)) {
-      columns.gyro[static_cast<size_t>(axis)] = i;
+      take(i, name, &columns.gyro[static_cast<size_t>(axis)]);
     }
   }
   return columns;
@@ -155,14 +175,12 @@ StampedRows ReadStampedRows(const std::string& path, FindColumns find_columns,
 std::vector<int> InOneRow(const std::string& path, const Columns& columns) {
   std::vector<int> row = {columns.time};
   for (const std::array<int, 3>& sensor : {columns.gyro, columns.accel}) {
-    if (IsWhole(sensor)) row.insert(row.end(), sensor.begin(), sensor.end());
+    const bool is_there = std::ranges::any_of(sensor, [](int column) { return column >= 0; });
+    if (is_there && !IsWhole(sensor)) FailColumns(path, "a part of the axes of a sensor");
+    if (is_there) row.insert(row.end(), sensor.begin(), sensor.end());
   }
-  if (columns.time >= 0 && row.size() > 1) return row;
-  throw InputFault("imu-columns",
-                   fmt::format("{}: found no time with x, y and z of a gyroscope or an "
-                               "accelerometer among the columns, expected some",
-                               path),
-                   "head the table: time_s, gyro_x, gyro_y, gyro_z, acc_x, acc_y, acc_z");
+  if (columns.time < 0 || row.size() == 1) FailColumns(path, "other columns");
+  return row;
 }
 
 SensorLog ReadCsvLog(const std::string& path, Warnings* warnings) {
@@ -171,7 +189,7 @@ SensorLog ReadCsvLog(const std::string& path, Warnings* warnings) {
   const StampedRows rows = ReadStampedRows(
       path,
       [&](bool is_header, const std::vector<std::string_view>& fields) {
-        columns = is_header ? FromHeader(fields) : WithoutHeader(path, fields.size());
+        columns = is_header ? FromHeader(path, fields) : WithoutHeader(path, fields.size());
         return InOneRow(path, columns);
       },
       &order, warnings);
@@ -243,15 +261,19 @@ std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings)
   std::vector<int> order;
   const StampedRows rows = ReadStampedRows(
       path,
-      [](bool is_header, const std::vector<std::string_view>& fields) {
-        return std::vector<int>{is_header ? std::max(0, FromHeader(fields).time) : 0};
+      [&](bool is_header, const std::vector<std::string_view>& fields) {
+        return std::vector<int>{is_header ? std::max(0, FromHeader(path, fields).time) : 0};
       },
       &order, warnings);
   if (rows.stamps.size() < 2) {
     throw DataError(fmt::format("{}: found {} times of frames, expected one a frame", path,
                                 rows.stamps.size()));
   }
-  return ScaledStamps(path, rows, kMostFrameStep_s);
+  std::vector<int64_t> stamps_ns = ScaledStamps(path, rows, kMostFrameStep_s);
+  if (std::ranges::adjacent_find(stamps_ns, std::greater_equal<>()) != stamps_ns.end()) {
+    throw DataError(path + ": found times of frames that do not rise, expected those of a video");
+  }
+  return stamps_ns;
 }
 
 }  // namespace slcmap::data

@@ -55,7 +55,13 @@ SensorLog ReadLogs(const VideoRecording& recording, Warnings* warnings) {
     log.frames_ns.merge(read.frames_ns);
   }
   std::ranges::stable_sort(log.samples, {}, &SensorSample::stamp_ns);
-  if (log.samples.empty()) FailLog(recording.left, "no samples in " + recording.logs.front());
+  const auto has = [&](auto half) {
+    return std::ranges::any_of(
+        log.samples, [&](const SensorSample& sample) { return (sample.*half).has_value(); });
+  };
+  if (!has(&SensorSample::gyro_rad_s) || !has(&SensorSample::accel_m_s2)) {
+    FailLog(recording.left, "no gyroscope or no accelerometer in " + recording.logs.front());
+  }
   return log;
 }
 
@@ -68,10 +74,8 @@ class FrameClock {
 
   // Nothing for a frame that is in no list.
   std::optional<int64_t> FindStamp(int64_t frame, int64_t time_ns) const {
-    if (listed_ns_.empty()) {
-      if (frame == 0) RequireClockOfImu(time_ns);
-      return time_ns;
-    }
+    if (frame == 0) RequireClockOfImu(listed_ns_.empty() ? time_ns : listed_ns_.front());
+    if (listed_ns_.empty()) return time_ns;
     if (frame < std::ssize(listed_ns_)) return listed_ns_[static_cast<size_t>(frame)];
     return std::nullopt;
   }

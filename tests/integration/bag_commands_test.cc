@@ -125,6 +125,15 @@ TEST_F(BagCommands, WrongUsageOfConvertIsTold) {
   ExpectError(RunSlcmap("-q convert " + in + " " + folder_.Path("full") + " --packing db3"), 2,
               "expected nothing, or an empty folder");
   EXPECT_EQ(ReadText(folder_.Path("full/notes.txt")), "mine");
+  // Nothing that is there is written over or taken away.
+  const std::string mine = folder_.Write("mine.bag", "mine");
+  ExpectError(RunSlcmap("-q convert " + in + " " + mine), 2, "expected nothing there");
+  EXPECT_EQ(ReadText(mine), "mine");
+  const std::string aside = folder_.Write("kept.bag.unfinished/notes.txt", "mine");
+  ExpectError(RunSlcmap("-q convert " + in + " " + folder_.Path("kept.bag")), 2, "move them away");
+  EXPECT_EQ(ReadText(aside), "mine");
+  fs::remove_all(folder_.Path("kept.bag.unfinished"));
+  ExpectError(RunSlcmap("-q convert " + in + " " + out + " --side-by-side"), 2, "a video alone");
   ExpectError(RunSlcmap("-q convert " + folder_.Path("none") + " " + out), 1,
               "none: found no such");
   for (const auto& entry : fs::directory_iterator(folder_.Path())) {

@@ -98,7 +98,8 @@ TEST(ChooseTopics, SaysWhatIsThereWhereNoneOrSeveralCouldBeIt) {
 
 TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(ParseTopics("imu=/i").accel, "/i");
-  for (const char* text : {"left", "middle=/a", "left=", "right=/a", "gyro=/g"}) {
+  for (const char* text : {"left", "middle=/a", "left=", "right=/a", "gyro=/g", "left=/a,left=/b",
+                           "left=/a,right=/a"}) {
     EXPECT_THROW(ParseTopics(text), ConfigError) << text;
   }
 }

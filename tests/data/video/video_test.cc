@@ -235,6 +235,12 @@ TEST(Video, WhatIsMissingIsAskedFor) {
               HasSubstr("found the first frame at 1.000 s, expected it on the clock of the IMU"));
   folder.Write("odd.csv", "time,height\n1,2\n2,3\n");
   EXPECT_THAT(message({.logs = {folder.Path("odd.csv")}}), HasSubstr("head the table: time_s"));
+  folder.Write("twice.csv", "time,gx,gy,gz,gyro_x,ax,ay,az\n1,0,0,0,0,0,0,9\n");
+  EXPECT_THAT(message({.logs = {folder.Path("twice.csv")}}), HasSubstr("like 'gyro_x'"));
+  folder.Write("half.csv", CsvLog("time,gx,gy,mag_z,ax,ay,az\n", 1));
+  EXPECT_THAT(message({.logs = {folder.Path("half.csv")}}), HasSubstr("a part of the axes"));
+  folder.Write("accel.csv", CsvLog("time,mag_x,mag_y,mag_z,ax,ay,az\n", 1));
+  EXPECT_THAT(message({.logs = {folder.Path("accel.csv")}}), HasSubstr("found no gyroscope"));
   folder.Write("rare.csv", "1,0,0,0,0,0,9\n1.1,0,0,0,0,0,9\n1.2,0,0,0,0,0,9\n");
   EXPECT_THAT(message({.logs = {folder.Path("rare.csv")}}), HasSubstr("found stamps 0.1"));
 }
