@@ -15,10 +15,12 @@
 #include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
+#include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 #include "data/io/trajectory.h"
+#include "data/source/asl_files.h"
 #include "mapping/map/map_folder.h"
 #include "odometry/run/run_folder.h"
 
@@ -103,15 +105,6 @@ std::vector<std::string> OdometryCommand(const SiteJob& job, const SiteRecording
   return WithConfig(job, command);
 }
 
-double MeasureLength(const std::string& run) {
-  const Trajectory poses = ReadTrajectory(run + "/trajectory.tum");
-  double length_m = 0;
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    length_m += (poses[i].T_world_imu.translation - poses[i - 1].T_world_imu.translation).norm();
-  }
-  return length_m;
-}
-
 // What a run says of itself.
 void TakeVerdict(const std::string& run, JobResult* result) {
   const std::string path = run + "/run.json";
@@ -119,7 +112,9 @@ void TakeVerdict(const std::string& run, JobResult* result) {
       ParseJsonFile(path, [&](const Json& json) { return ParseVerdict(path, json); });
   if (!verdict) return;
   result->verdict = VerdictLevelName(verdict->level);
-  if (verdict->level != VerdictLevel::kFailed) result->length_m = MeasureLength(run);
+  if (verdict->level != VerdictLevel::kFailed) {
+    result->length_m = MeasurePathLength_m(ReadTrajectory(run + "/trajectory.tum"));
+  }
   if (verdict->level == VerdictLevel::kGood || verdict->reasons.empty()) return;
   const VerdictReason& worst = verdict->reasons.front();
   result->reason =
@@ -178,12 +173,6 @@ JobResult GatherMaps(const SiteJob& job) {
   return gathered;
 }
 
-double MedianHeight(std::vector<double> heights_m) {
-  const auto middle = heights_m.begin() + std::ssize(heights_m) / 2;
-  std::ranges::nth_element(heights_m, middle);
-  return *middle;
-}
-
 // Of the recordings of a map of which the site names the storey, in the map's world.
 std::map<std::string, double> MeasureHeights(const SiteJob& job, const JobMap& map) {
   std::map<std::string, std::string> recordings;  // by their runs
@@ -203,7 +192,7 @@ std::map<std::string, double> MeasureHeights(const SiteJob& job, const JobMap& m
       if (pose.stamp_ns < run.poses_ns->from_ns || pose.stamp_ns > run.poses_ns->to_ns) continue;
       its_heights_m.push_back(pose.T_world_imu.translation.z());
     }
-    if (!its_heights_m.empty()) heights_m[recording->second] = MedianHeight(its_heights_m);
+    if (!its_heights_m.empty()) heights_m[recording->second] = Median(std::move(its_heights_m));
   }
   return heights_m;
 }

@@ -85,9 +85,7 @@ void ShowCalibration(CalibrationArguments arguments) {
       is_bag ? ReadOfBag(arguments, &warnings)
              : ReadCalibration(fmt::format("{}", fmt::join(arguments.files, ",")), &warnings,
                                Mirrored::kRefused, arguments.cameras);
-  for (const auto& [kind, entry] : warnings.entries()) {
-    spdlog::warn("{}: {}, first {}", Warnings::InWords(kind), entry.count, entry.first_place);
-  }
+  LogWarnings(warnings);
   std::fputs(CalibrationTable(calibration).c_str(), stdout);
   if (arguments.output.empty()) return;
   for (const std::string& file : arguments.files) {

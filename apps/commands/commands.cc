@@ -1,6 +1,7 @@
 #include "apps/commands/commands.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -162,6 +163,12 @@ void AddCommands(CLI::App& app) {
   AddBatchCommand(app);
   AddHelpCommand(app);
   RefuseEmptyValues(app);
+}
+
+void LogWarnings(const Warnings& warnings) {
+  for (const auto& [kind, entry] : warnings.entries()) {
+    spdlog::warn("{}: {}, first {}", Warnings::InWords(kind), entry.count, entry.first_place);
+  }
 }
 
 void CheckThreads(int threads) {

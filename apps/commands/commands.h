@@ -7,6 +7,8 @@
 #include <atomic>
 #include <string>
 
+#include "data/core/error.h"
+
 namespace slcmap::inline commands {
 
 void AddSimulateCommand(CLI::App& app);
@@ -70,6 +72,9 @@ void AddHelpCommand(CLI::App& app);
 // Makes an empty text, as an unset variable of a shell leaves it, an error for every option that
 // takes a value.
 void RefuseEmptyValues(CLI::App& app);
+
+// Counts by kind, for commands that end with them.
+void LogWarnings(const Warnings& warnings);
 
 // Of the option --threads. Throws ConfigError.
 void CheckThreads(int threads);

@@ -180,28 +180,12 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
   return made;
 }
 
-// A row a file: name, size and the time of its last change.
-std::string FilesIn(const fs::path& folder) {
-  std::vector<std::string> rows;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code unknown;
-    rows.push_back(fmt::format("{} {} {}\n", it->path().filename().string(), it->file_size(unknown),
-                               it->last_write_time(unknown).time_since_epoch().count()));
-  }
-  std::sort(rows.begin(), rows.end());
-  return fmt::format("{}", fmt::join(rows, ""));
-}
-
 }  // namespace
 
 std::string SequenceId(const std::string& sequence) {
   const fs::path folder = LocateRecording(sequence);
   std::string text = fs::weakly_canonical(folder).string();
-  if (IsBagRecording(sequence)) {
-    return text + "\n" +
-           (fs::is_directory(folder) ? FilesIn(folder) : FileImages()->State(folder.string()));
-  }
+  if (IsBagRecording(sequence)) return text + "\n" + DescribeBag(folder.string());
   for (const char* name : {"cam0/data.csv", "cam1/data.csv", "imu0/data.csv", "cam0/sensor.yaml",
                            "cam1/sensor.yaml", "imu0/sensor.yaml"}) {
     std::error_code error;
@@ -210,7 +194,7 @@ std::string SequenceId(const std::string& sequence) {
     }
   }
   for (const char* images : {"cam0/data", "cam1/data"}) {
-    text += "\n" + Checksum(FilesIn(folder / images));
+    text += "\n" + Checksum(DescribeFiles((folder / images).string()));
   }
   return text;
 }

@@ -13,6 +13,7 @@
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
+#include "data/io/csv.h"
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
 #include "data/source/convert_recording.h"
@@ -33,16 +34,6 @@ struct ConvertArguments {
   VideoRecording video;
 };
 
-std::vector<std::string> SplitWords(const std::string& text) {
-  std::vector<std::string> words;
-  for (size_t from = 0; from < text.size();) {
-    const size_t to = std::min(text.find(',', from), text.size());
-    words.push_back(text.substr(from, to - from));
-    from = to + 1;
-  }
-  return words;
-}
-
 // What each kind of bag can be packed with.
 const std::map<std::string, std::vector<std::string>>& KnownPackings() {
   static const std::map<std::string, std::vector<std::string>> known = {
@@ -59,7 +50,9 @@ BagPacking ParsePacking(const std::string& output, const std::string& text) {
   for (const auto& [form, compressions] : KnownPackings()) {
     if (output.ends_with("." + form)) ending = packing.form = form;
   }
-  for (const std::string& word : SplitWords(text)) {
+  std::vector<std::string> words = SplitAtCommas(text);
+  if (words.back().empty()) words.pop_back();
+  for (const std::string& word : words) {
     const bool is_form = word == kFolder || KnownPackings().contains(word);
     (is_form ? packing.form : packing.compression) = word;
   }
@@ -155,9 +148,7 @@ void LogCounts(const ConvertedCounts& counts) {
   for (const auto& [sensor, rows] : counts.rows) {
     spdlog::info("{}: {} {}", sensor, rows, sensor == "imu0" ? "samples" : "images");
   }
-  for (const auto& [kind, entry] : counts.warnings.entries()) {
-    spdlog::warn("{}: {}, first {}", Warnings::InWords(kind), entry.count, entry.first_place);
-  }
+  LogWarnings(counts.warnings);
 }
 
 std::unique_ptr<RecordingTables> OpenInput(const ConvertArguments& arguments) {

@@ -123,10 +123,8 @@ std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
   constexpr double kFarthest_m = 1e5, kMostTurn_deg = 360;
   if (at.empty()) return std::nullopt;
   std::vector<double> values;
-  for (std::size_t from = 0; from <= at.size();) {
-    const std::size_t to = std::min(at.find(',', from), at.size());
-    values.push_back(ParseNumber(at.substr(from, to - from)).value_or(NAN));
-    from = to + 1;
+  for (const std::string& number : SplitAtCommas(at)) {
+    values.push_back(ParseNumber(number).value_or(NAN));
   }
   RoughStart start;
   bool is_good = values.size() == lengths + 1 && std::abs(values.back()) <= kMostTurn_deg;

@@ -215,15 +215,6 @@ Trajectory Aligned(const Alignment& alignment, Trajectory trajectory) {
   return trajectory;
 }
 
-double Length_m(const Trajectory& trajectory) {
-  double length_m = 0;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    length_m +=
-        (trajectory[i].T_world_imu.translation - trajectory[i - 1].T_world_imu.translation).norm();
-  }
-  return length_m;
-}
-
 // Measures the runs of one sequence against what they share.
 class SequenceMeasurer {
  public:
@@ -373,7 +364,7 @@ class SequenceMeasurer {
     std::erase_if(path, [&](const StampedPose& pose) {
       return pose.stamp_ns < from_ns || pose.stamp_ns > to_ns;
     });
-    result_.length_m = Length_m(path);
+    result_.length_m = MeasurePathLength_m(path);
     result_.duration_s = ToSeconds(to_ns - from_ns);
   }
 

@@ -151,15 +151,6 @@ std::vector<double> TruthLengths(const std::vector<AssociatedPose>& poses) {
   return lengths_m;
 }
 
-double PathLength(const Trajectory& trajectory) {
-  double length_m = 0;
-  for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    length_m +=
-        (trajectory[i].T_world_imu.translation - trajectory[i - 1].T_world_imu.translation).norm();
-  }
-  return length_m;
-}
-
 // The largest distance of a pose from the first one, of truth or estimate.
 double ExtentOfPath(const std::vector<AssociatedPose>& poses) {
   double extent_m = 0;
@@ -271,6 +262,15 @@ ErrorStatistics Statistics(std::vector<double> errors) {
   return statistics;
 }
 
+double MeasurePathLength_m(const Trajectory& trajectory) {
+  double length_m = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length_m +=
+        (trajectory[i].T_world_imu.translation - trajectory[i - 1].T_world_imu.translation).norm();
+  }
+  return length_m;
+}
+
 TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
                                      const std::vector<int64_t>& reference_stamps_ns,
                                      const TrajectoryMetricOptions& options) {
@@ -301,7 +301,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
 
   const std::vector<double> lengths_m = TruthLengths(metrics.poses);
   metrics.truth_length_m = lengths_m.back();
-  metrics.estimate_length_m = PathLength(estimate);
+  metrics.estimate_length_m = MeasurePathLength_m(estimate);
   for (const AlignmentKind kind :
        {AlignmentKind::kPositionYaw, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
     metrics.absolute.push_back(MeasureAbsolute(kind, metrics.poses, metrics.truth_length_m));

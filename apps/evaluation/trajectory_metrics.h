@@ -106,6 +106,9 @@ struct TrajectoryMetrics {
   Coverage coverage;
 };
 
+// From pose to pose.
+double MeasurePathLength_m(const Trajectory& trajectory);
+
 // Compares by stamp, with the truth interpolated. `reference_stamps_ns` (sorted) are the stamps
 // that should have a pose, such as those of the images; where empty, those of the truth. Throws
 // DataError when less than three poses have a truth, or when both are at rest: within 1 cm.

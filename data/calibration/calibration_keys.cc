@@ -3,8 +3,6 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "data/calibration/camera_times.h"
-
 namespace slcmap::inline data {
 namespace {
 
@@ -112,18 +110,6 @@ void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise) {
   check(keys.accel_noise, noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
   check(keys.accel_walk, noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
   check(keys.rate, noise->rate_hz, 1, 1e5, "Hz");
-}
-
-double ReadReadout(YamlSection& camera) {
-  constexpr double kMaxReadout_s = 0.1;
-  double readout_s = 0;
-  camera.Read(kReadoutKey, &readout_s);
-  if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
-  throw CalibrationFault(
-      camera, kReadoutKey,
-      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
-      fmt::format("write {} in seconds from the first row to the last",
-                  KeyInFile(camera.place(), kReadoutKey)));
 }
 
 Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place) {

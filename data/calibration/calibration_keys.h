@@ -56,9 +56,6 @@ struct NoiseKeys {
 };
 void ReadNoise(YamlSection& section, const NoiseKeys& keys, ImuNoise* noise);
 
-// Of a camera; 0 where it is not said.
-double ReadReadout(YamlSection& camera);
-
 // The camera of such words; `place` stands in the fault.
 Camera RequiredCamera(const CameraWords& words, const cv::Size& size_px, const std::string& place);
 

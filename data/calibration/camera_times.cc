@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "data/calibration/calibration_keys.h"
+#include "data/calibration/imu_calibration.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -13,6 +13,18 @@ constexpr char kTimeShift[] = "timeshift_cam_imu";
 constexpr double kSameShift_s = 1e-6;  // of the two cameras
 
 }  // namespace
+
+double ReadReadout(YamlSection& camera) {
+  constexpr double kMaxReadout_s = 0.1;
+  double readout_s = 0;
+  camera.Read(kReadoutKey, &readout_s);
+  if (std::abs(readout_s) <= kMaxReadout_s) return readout_s;
+  throw CalibrationFault(
+      camera, kReadoutKey,
+      fmt::format("found {} s, expected at most {} s either way", readout_s, kMaxReadout_s),
+      fmt::format("write {} in seconds from the first row to the last",
+                  KeyInFile(camera.place(), kReadoutKey)));
+}
 
 void ReadTimes(YamlSection* section, ChainCamera* camera) {
   if (section->Has(kTimeShift)) {

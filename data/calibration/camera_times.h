@@ -18,6 +18,9 @@ inline constexpr double kMinRightOffset_s = 1e-3;  // less is how stamps and cal
 // Of a camera, in ASL's and in Kalibr's form: Rig::readout_s.
 inline constexpr const char* kReadoutKey = "readout_s";
 
+// Of a camera; 0 where it is not said. Throws InputFault for one that cannot be.
+double ReadReadout(YamlSection& camera);
+
 // What a camera's section says of its times. Throws InputFault for a readout that cannot be.
 void ReadTimes(YamlSection* section, ChainCamera* camera);
 

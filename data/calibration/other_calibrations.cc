@@ -13,6 +13,7 @@
 #include "data/calibration/camera_info.h"
 #include "data/calibration/camera_times.h"
 #include "data/core/error.h"
+#include "data/io/csv.h"
 #include "data/io/yaml.h"
 
 namespace slcmap::inline data {
@@ -215,14 +216,8 @@ void TakeInfoPoses(Gathered* gathered) {
 }  // namespace
 
 std::vector<std::string> SplitCalibrationPaths(const std::string& path) {
-  std::vector<std::string> paths;
   std::error_code error;
-  if (std::filesystem::exists(path, error)) return {path};
-  for (size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
-    to = path.find(',', from);
-    paths.push_back(path.substr(from, to == std::string::npos ? to : to - from));
-  }
-  return paths;
+  return std::filesystem::exists(path, error) ? std::vector{path} : SplitAtCommas(path);
 }
 
 bool TellsParts(const std::string& path) {

@@ -116,6 +116,15 @@ bool SeparatedByMark(std::string_view field, std::string_view next) {
   return between.find_first_of(",;") != std::string_view::npos;
 }
 
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  for (size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
+    to = text.find(',', from);
+    parts.push_back(text.substr(from, to == std::string::npos ? to : to - from));
+  }
+  return parts;
+}
+
 std::optional<double> ParseNumber(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;

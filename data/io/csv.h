@@ -21,6 +21,9 @@ namespace slcmap::inline data {
 // blanks do. Marks between quotes do not. A blank row and one that starts with '#' have no fields.
 std::vector<std::string_view> SplitRow(std::string_view row);
 
+// The texts between the commas of an option, as they are: one more than there are commas.
+std::vector<std::string> SplitAtCommas(const std::string& text);
+
 // A decimal number, wholly read; nothing for other text. "nan" and "inf" are read as such.
 std::optional<double> ParseNumber(std::string_view text);
 

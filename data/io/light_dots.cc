@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 #include "data/io/image.h"
 
@@ -95,22 +94,21 @@ constexpr size_t kRun = 6, kRuns = 3;     // of images one after the other, over
 constexpr double kLitToDark = 1.5;        // of the level of dots, at least
 constexpr double kLeastLitLevel = 0.003;  // of dots in the lit ones
 
-// Which of two is lit, over a run: 0 where even ones are, 1 where odd ones are; nothing where it is
-// not every other one.
-std::optional<size_t> FindLit(const ImageStore& images, const std::vector<std::string>& paths,
-                              size_t begin) {
-  std::array<double, 2> most = {0, 0}, least = {1e9, 1e9};
+// Whether every other image of a run is lit. Ends as soon as that cannot be any more.
+bool IsLitInTurn(const ImageStore& images, const std::vector<std::string>& paths, size_t begin) {
+  std::array<double, 2> most = {0, 0}, least = {1e9, 1e9};  // of images by turns
+  const auto may_be_lit = [&](size_t turn) {
+    return least[turn] > std::max(kLeastLitLevel, kLitToDark * most[1 - turn]);
+  };
   for (size_t i = begin; i < begin + kRun; ++i) {
     const cv::Mat image = ReadGrayImage(images, paths[i], {}).image;
-    if (image.empty()) return std::nullopt;
+    if (image.empty()) return false;
     const double level = DotLevel(image);
     most[i % 2] = std::max(most[i % 2], level);
     least[i % 2] = std::min(least[i % 2], level);
+    if (!may_be_lit(0) && !may_be_lit(1)) return false;
   }
-  for (const size_t lit : {0, 1}) {
-    if (least[lit] > std::max(kLeastLitLevel, kLitToDark * most[1 - lit])) return lit;
-  }
-  return std::nullopt;
+  return true;
 }
 
 }  // namespace
@@ -119,7 +117,7 @@ std::vector<size_t> FindLitImages(const ImageStore& images, const std::vector<st
   if (paths.size() < kRuns * kRun) return {};
   size_t alternating = 0;  // a lost image may be in one
   for (size_t run = 0; run < kRuns; ++run) {
-    alternating += FindLit(images, paths, run * (paths.size() - kRun) / (kRuns - 1)).has_value();
+    alternating += IsLitInTurn(images, paths, run * (paths.size() - kRun) / (kRuns - 1));
     if (run > alternating) return {};
   }
   // A lost image changes which are lit: each is told by itself and its neighbours.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "data/core/error.h"
+#include "data/io/csv.h"
 #include "data/rig/peek.h"
 #include "data/rig/profile.h"
 
@@ -231,9 +232,9 @@ RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said, bool needs_i
 
 RecordingTopics ParseTopics(const std::string& text) {
   RecordingTopics topics;
-  for (size_t from = 0; from < text.size();) {
-    const size_t to = std::min(text.find(',', from), text.size());
-    const std::string entry = text.substr(from, to - from);
+  std::vector<std::string> entries = SplitAtCommas(text);
+  if (entries.back().empty()) entries.pop_back();
+  for (const std::string& entry : entries) {
     const size_t equal = entry.find('=');
     const std::string role = entry.substr(0, equal);
     const std::string name = equal == std::string::npos ? "" : entry.substr(equal + 1);
@@ -250,7 +251,6 @@ RecordingTopics ParseTopics(const std::string& text) {
       if (!place->empty()) throw ConfigError("--topics: found " + role + "= twice, expected once");
       *place = name;
     }
-    from = to + 1;
   }
   if (!topics.left.empty() && topics.left == topics.right) {
     throw ConfigError("--topics: found left= and right= of one topic, expected two");

@@ -447,4 +447,14 @@ void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples) {
   });
 }
 
+std::string AslImuText(const ImuRow& row) {
+  std::string text = std::to_string(row.stamp_ns);
+  for (const Eigen::Vector3d& half : {row.angular_velocity_rad_s, row.specific_force_m_s2}) {
+    for (const double value : half) {
+      text += std::isnan(value) && !row.is_whole ? "," : fmt::format(",{}", value);
+    }
+  }
+  return text + '\n';
+}
+
 }  // namespace slcmap::data

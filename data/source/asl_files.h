@@ -149,6 +149,10 @@ struct ImuRow {
   Eigen::Vector3d specific_force_m_s2;
 };
 
+// The line of an ASL table for it. Numbers that are not finite are a half that it does not have,
+// which is blank, unless it is whole.
+std::string AslImuText(const ImuRow& row);
+
 // Reads <camera_folder>/data.csv: "stamp_ns, file". The file is taken relative to data/, to the
 // camera's folder or to the folder above, whichever holds the first one; without that column it is
 // data/<stamp_ns>.png. Rows that cannot be read are counted. Throws DataError when the file is

@@ -28,19 +28,6 @@ namespace fs = std::filesystem;
 // Of each message, where it is not packed: a sample of an IMU whole, of an image what it is.
 constexpr size_t kHead = 4096;
 
-// A text that is another one once a file of the bag was changed.
-std::string StateOfBag(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) return FileImages()->State(path);
-  std::vector<std::string> states;
-  for (const auto& entry : fs::directory_iterator(path, error)) {
-    states.push_back(entry.path().filename().string() + " " +
-                     FileImages()->State(entry.path().string()));
-  }
-  std::ranges::sort(states);
-  return fmt::format("{}", fmt::join(states, ", "));
-}
-
 // Images by the last three parts of their paths, as "cam0/data/1403636579763555584.png": the bag
 // itself may be named in several ways.
 class BagImages : public ImageStore {
@@ -261,7 +248,7 @@ std::shared_ptr<const BagListing> KnownListing(const std::string& path, const st
   };
   static std::mutex mutex;
   static std::list<Known> known;
-  const std::string state = StateOfBag(path);
+  const std::string state = DescribeBag(path);
   const std::string key = fs::weakly_canonical(path).string() + '\n' + state;
   const std::lock_guard lock(mutex);
   for (auto it = known.begin(); it != known.end(); ++it) {
@@ -357,6 +344,22 @@ std::vector<RecordedTopic> ListRecordedTopics(const std::string& path, const std
         {topic.name, topic.type, topic.messages, can_be ? DescribeRoles(topic.name, taken) : ""});
   }
   return listed;
+}
+
+std::string DescribeFiles(const std::string& folder) {
+  std::vector<std::string> rows;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code unknown;
+    rows.push_back(fmt::format("{} {} {}\n", it->path().filename().string(), it->file_size(unknown),
+                               it->last_write_time(unknown).time_since_epoch().count()));
+  }
+  std::ranges::sort(rows);
+  return fmt::format("{}", fmt::join(rows, ""));
+}
+
+std::string DescribeBag(const std::string& path) {
+  return fs::is_directory(path) ? DescribeFiles(path) : FileImages()->State(path);
 }
 
 std::unique_ptr<RecordingTables> OpenBagTables(const std::string& path,

@@ -101,17 +101,6 @@ class ConvertedRows {
   double done_ = 0;
 };
 
-// A half that a row does not have is blank.
-std::string ImuText(const ImuRow& row) {
-  std::string text = std::to_string(row.stamp_ns);
-  for (const Eigen::Vector3d& half : {row.angular_velocity_rad_s, row.specific_force_m_s2}) {
-    for (const double value : half) {
-      text += std::isnan(value) && !row.is_whole ? "," : fmt::format(",{}", value);
-    }
-  }
-  return text + '\n';
-}
-
 void WriteAslImu(const std::vector<ImuRow>& rows, const std::string& folder,
                  ConvertedRows* written) {
   if (rows.empty()) return;
@@ -119,7 +108,7 @@ void WriteAslImu(const std::vector<ImuRow>& rows, const std::string& folder,
   FileWriter file(folder + "/data.csv");
   file.Add(kAslImuHead);
   for (const ImuRow& row : rows) {
-    file.Add(ImuText(row));
+    file.Add(AslImuText(row));
     written->Add("imu0");
   }
   file.Close();

@@ -49,6 +49,11 @@ std::string LocateRecording(const std::string& path, bool needs_imu = true);
 // Whether a path is that of a recording in a bag: a file, or a folder without cam0.
 bool IsBagRecording(const std::string& path);
 
+// Texts that are others once a file was changed: of a folder a row a file, with name, size and the
+// time of its last change; of a bag, which may be a folder.
+std::string DescribeFiles(const std::string& folder);
+std::string DescribeBag(const std::string& path);
+
 // A topic of a bag.
 struct RecordedTopic {
   std::string name, type;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <sstream>
 #include <string_view>
 
@@ -183,6 +184,15 @@ std::vector<int> InOneRow(const std::string& path, const Columns& columns) {
   return row;
 }
 
+// Without either half yet.
+ImuRow& AddSample(int64_t stamp_ns, SensorLog* log) {
+  ImuRow& sample = log->samples.emplace_back();
+  sample.stamp_ns = stamp_ns;
+  sample.angular_velocity_rad_s.setConstant(std::numeric_limits<double>::quiet_NaN());
+  sample.specific_force_m_s2 = sample.angular_velocity_rad_s;
+  return sample;
+}
+
 SensorLog ReadCsvLog(const std::string& path, Warnings* warnings) {
   std::vector<int> order;
   Columns columns;
@@ -201,10 +211,10 @@ SensorLog ReadCsvLog(const std::string& path, Warnings* warnings) {
   const bool has_gyro = IsWhole(columns.gyro), has_accel = IsWhole(columns.accel);
   SensorLog log;
   for (size_t i = 0; i < stamps_ns.size(); ++i) {
-    SensorSample& sample = log.samples.emplace_back();
-    sample.stamp_ns = stamps_ns[i];
-    if (has_gyro) sample.gyro_rad_s = Vector3d::Map(rows.values[i].data() + 1);
-    if (has_accel) sample.accel_m_s2 = Vector3d::Map(rows.values[i].data() + (has_gyro ? 4 : 1));
+    const double* values = rows.values[i].data() + 1;
+    ImuRow& sample = AddSample(stamps_ns[i], &log);
+    if (has_gyro) sample.angular_velocity_rad_s = Vector3d::Map(values);
+    if (has_accel) sample.specific_force_m_s2 = Vector3d::Map(values + (has_gyro ? 3 : 0));
   }
   return log;
 }
@@ -218,9 +228,9 @@ void AddSensor(const Json& entry, SensorLog* log) {
   const auto type = sensor.at("type").get<std::string>();
   if (type != "gyroscope" && type != "accelerometer") return;
   const auto values = sensor.at("values").get<std::array<double, 3>>();
-  SensorSample& sample = log->samples.emplace_back();
-  sample.stamp_ns = SecondsToStamp(entry.at("time"));
-  (type == "gyroscope" ? sample.gyro_rad_s : sample.accel_m_s2) = Vector3d::Map(values.data());
+  ImuRow& sample = AddSample(SecondsToStamp(entry.at("time")), log);
+  (type == "gyroscope" ? sample.angular_velocity_rad_s : sample.specific_force_m_s2) =
+      Vector3d::Map(values.data());
 }
 
 // A frame may have a time of its own, else that of its set.
@@ -251,10 +261,7 @@ SensorLog ReadJsonLines(const std::string& path, Warnings* warnings) {
 }  // namespace
 
 SensorLog ReadSensorLog(const std::string& path, Warnings* warnings) {
-  SensorLog log =
-      path.ends_with(".jsonl") ? ReadJsonLines(path, warnings) : ReadCsvLog(path, warnings);
-  std::ranges::stable_sort(log.samples, {}, &SensorSample::stamp_ns);
-  return log;
+  return path.ends_with(".jsonl") ? ReadJsonLines(path, warnings) : ReadCsvLog(path, warnings);
 }
 
 std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings) {

@@ -1,25 +1,18 @@
 // What was logged beside a video: samples of an IMU, and when frames were taken.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "data/core/error.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 
-// A sample, or the half of it that one sensor gives.
-struct SensorSample {
-  int64_t stamp_ns = 0;
-  std::optional<Eigen::Vector3d> gyro_rad_s, accel_m_s2;
-};
-
 struct SensorLog {
-  std::vector<SensorSample> samples;              // by their stamps
+  std::vector<ImuRow> samples;  // as they were logged; a half that one lacks is NaN
   std::map<int, std::vector<int64_t>> frames_ns;  // by camera, in the order of its video's frames
 };
 

@@ -54,12 +54,12 @@ SensorLog ReadLogs(const VideoRecording& recording, Warnings* warnings) {
     log.samples.insert(log.samples.end(), read.samples.begin(), read.samples.end());
     log.frames_ns.merge(read.frames_ns);
   }
-  std::ranges::stable_sort(log.samples, {}, &SensorSample::stamp_ns);
+  std::ranges::stable_sort(log.samples, {}, &ImuRow::stamp_ns);
   const auto has = [&](auto half) {
-    return std::ranges::any_of(
-        log.samples, [&](const SensorSample& sample) { return (sample.*half).has_value(); });
+    return std::ranges::any_of(log.samples,
+                               [&](const ImuRow& sample) { return !(sample.*half).hasNaN(); });
   };
-  if (!has(&SensorSample::gyro_rad_s) || !has(&SensorSample::accel_m_s2)) {
+  if (!has(&ImuRow::angular_velocity_rad_s) || !has(&ImuRow::specific_force_m_s2)) {
     FailLog(recording.left, "no gyroscope or no accelerometer in " + recording.logs.front());
   }
   return log;
@@ -161,16 +161,9 @@ std::vector<int64_t> ListedFrames(const VideoRecording& recording, const SensorL
   return listed == log.frames_ns.end() ? std::vector<int64_t>() : listed->second;
 }
 
-// A half that a sample lacks is blank.
 std::string ImuRows(const SensorLog& log) {
   std::string rows = kAslImuHead;
-  for (const SensorSample& sample : log.samples) {
-    rows += fmt::format("{}", sample.stamp_ns);
-    for (const auto& half : {sample.gyro_rad_s, sample.accel_m_s2}) {
-      rows += half ? fmt::format(",{},{},{}", half->x(), half->y(), half->z()) : ",,,";
-    }
-    rows += '\n';
-  }
+  for (const ImuRow& sample : log.samples) rows += AslImuText(sample);
   return rows;
 }
 

@@ -35,15 +35,6 @@ using testing::RunShell;
 using testing::RunSlcmap;
 using testing::TempFolder;
 
-Scene RoomOfSite(const std::string& size, const std::string& corners) {
-  return testing::SceneFromText("objects:\n  - {kind: slab, at: [0, 0, 0], size: " + size +
-                                ", material: carpet}\n  - {kind: wall, points: " + corners +
-                                R"(, closed: true}
-  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
-  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
-)");
-}
-
 JobResult DoneWith(const std::string& key, const std::vector<JobMap>& maps) {
   JobResult result;
   result.key = key;
@@ -73,7 +64,7 @@ class BatchJob : public ::testing::Test {
 
   JobResult Result(const std::string& job) const { return ReadJobResult(site_.Path(job)).value(); }
 
-  const Scene room_ = RoomOfSite("[5, 4]", "[[0, 0], [5, 0], [5, 4], [0, 4]]");
+  const Scene room_ = testing::RoomWithBoxes("[5, 4]", "[[0, 0], [5, 0], [5, 4], [0, 4]]");
   const MapResult a_ = testing::ScannedMap(room_, {{1.5, 2, 1.5}, {3.5, 2.2, 1.5}});
   const MapResult b_ = testing::ScannedMap(room_, {{3, 1.5, 1.5}, {2, 2.5, 1.5}},
                                            LevelTransform(0.7, {2, 1, 0.1}), "b");
@@ -85,8 +76,9 @@ TEST_F(BatchJob, MapsThatFitAreMergedAndOthersStayApart) {
   AddMapped("a", "", a_);
   AddMapped("b", "", b_);
   AddMapped("other", "",
-            testing::ScannedMap(RoomOfSite("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]"),
-                                {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
+            testing::ScannedMap(
+                testing::RoomWithBoxes("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]"),
+                {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
   const ProcessResult merged = Do("merges/A");
   EXPECT_EQ(merged.exit_code, 0) << merged.error;
   const JobResult result = Result("merges/A");

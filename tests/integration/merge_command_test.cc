@@ -26,22 +26,14 @@ using testing::RunSlcmap;
 using testing::ScannedMap;
 using testing::TempFolder;
 
-Scene Room(const std::string& size, const std::string& corners) {
-  return testing::SceneFromText("objects:\n  - {kind: slab, at: [0, 0, 0], size: " + size +
-                                ", material: carpet}\n  - {kind: wall, points: " + corners +
-                                R"(, closed: true}
-  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
-  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
-)");
-}
-
 // Map folders: two runs of one room, one of another, one of an empty place, and a run.
 class MergeCommand : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TempFolder;
-    const Scene room = Room("[5, 4]", "[[0, 0], [5, 0], [5, 4], [0, 4]]");
-    const Scene other = Room("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]");
+    const Scene room = testing::RoomWithBoxes("[5, 4]", "[[0, 0], [5, 0], [5, 4], [0, 4]]");
+    const Scene other =
+        testing::RoomWithBoxes("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]");
     WriteMapFolder(Path("a"), ScannedMap(room, {{1.5, 2, 1.5}, {3.5, 2.2, 1.5}}));
     WriteMapFolder(Path("b"), ScannedMap(room, {{3, 1.5, 1.5}, {2, 2.5, 1.5}},
                                          LevelTransform(0.7, {2, 1, 0.1}), "b"));

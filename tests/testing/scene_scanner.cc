@@ -253,4 +253,13 @@ Scene SceneFromText(const std::string& yaml) {
   return ReadScene(folder.Write("scene.yaml", yaml));
 }
 
+Scene RoomWithBoxes(const std::string& size, const std::string& corners) {
+  return SceneFromText("objects:\n  - {kind: slab, at: [0, 0, 0], size: " + size +
+                       ", material: carpet}\n  - {kind: wall, points: " + corners +
+                       R"(, closed: true}
+  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
+  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
+)");
+}
+
 }  // namespace slcmap::testing

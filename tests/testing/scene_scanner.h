@@ -47,4 +47,7 @@ std::vector<Eigen::Vector3d> PlacesAlong(const std::vector<Eigen::Vector3d>& way
 // A scene from YAML text.
 Scene SceneFromText(const std::string& yaml);
 
+// A room of walls along `corners` with two boxes, its floor of `size`, both as YAML.
+Scene RoomWithBoxes(const std::string& size, const std::string& corners);
+
 }  // namespace slcmap::testing
