@@ -18,11 +18,9 @@ constexpr double kLeastSpacing_m = 0.04, kMostSpacing_m = 0.7;  // bricks to sla
 constexpr double kOffPlane_m = 0.03;
 constexpr int kLeastLines = 6;         // tell a distance
 constexpr double kChance = 1e-3;       // that lines which lie anywhere pass for a pattern
-constexpr double kSameLine_m = 0.012;  // both edges of a joint
-constexpr double kLeastScatter_m = 0.002;
-constexpr double kMostScatter = 0.15;  // of the distance: wider is no pattern
-constexpr double kSquare_rad = 0.05;   // off a right angle
-constexpr int kRounds = 8;
+constexpr double kSameLine_m = 0.004;  // between the places of one line
+constexpr double kWidth = 0.05;        // of a place, in distances: how finely they are told apart
+constexpr double kSame_rad = 0.05;     // between directions that are one
 
 // Lines of one direction of the building, as the map has them: what it calls them by.
 auto GetDirection(const MapLine& line) {
@@ -47,6 +45,25 @@ Eigen::Vector3d ComputeMeanDirection(const std::vector<MapLine*>& lines) {
     sum += along.dot(sum) < 0 ? Eigen::Vector3d(-along) : along;
   }
   return sum.normalized();
+}
+
+// Normals of planes along a direction: with each of the others in it, or square to it.
+std::vector<Eigen::Vector3d> CollectNormals(const Eigen::Vector3d& direction_world,
+                                            const std::vector<Eigen::Vector3d>& others_world) {
+  std::vector<Eigen::Vector3d> normals;
+  const auto add = [&](const Eigen::Vector3d& normal_world) {
+    const bool is_there = std::ranges::any_of(normals, [&](const Eigen::Vector3d& n) {
+      return LineAngle_rad(n, normal_world) < kSame_rad;
+    });
+    if (!is_there) normals.push_back(normal_world);
+  };
+  for (const Eigen::Vector3d& other_world : others_world) {
+    if (LineAngle_rad(direction_world, other_world) < kSame_rad) continue;
+    const Eigen::Vector3d normal_world = direction_world.cross(other_world).normalized();
+    add(normal_world);
+    add(direction_world.cross(normal_world));
+  }
+  return normals;
 }
 
 // A piece of a line in a plane: how far across the pattern it is.
@@ -98,14 +115,13 @@ std::vector<PlaneOfLines> FindPlanes(const std::vector<MapLine*>& lines,
   return planes;
 }
 
-// Places across the lines, each once: pieces of a line and both edges of a joint share one.
+// Places across the lines, each once: pieces of a line, and lines that go on with another.
 std::vector<double> CollectPlaces(const std::vector<PlacedLine>& sorted) {
   std::vector<double> places_m;
-  double from_m = 0;
   for (const PlacedLine& line : sorted) {
-    if (!places_m.empty() && line.across_m - from_m < kSameLine_m) continue;
-    from_m = line.across_m;
-    places_m.push_back(from_m);
+    if (places_m.empty() || line.across_m - places_m.back() > kSameLine_m) {
+      places_m.push_back(line.across_m);
+    }
   }
   return places_m;
 }
@@ -120,28 +136,11 @@ std::complex<double> SumPhases(const std::vector<double>& places_m, double frequ
   return sum;
 }
 
-// How places repeat.
-struct Lattice {
-  double spacing_m = 0;
-  double phase_m = 0;  // a place of it
-  double scatter_m = 0;
-  double share = 0;  // of the lines that belong to it; the others lie anywhere
-
-  double OffNearest_m(double place_m) const { return std::remainder(place_m - phase_m, spacing_m); }
-  // How much likelier a place is than if lines lay anywhere.
-  double LikelihoodRatio(double place_m) const {
-    const double off = OffNearest_m(place_m) / scatter_m;
-    const double peak = spacing_m / (scatter_m * std::sqrt(2 * std::numbers::pi));
-    return share * peak * std::exp(-0.5 * off * off) + 1 - share;
-  }
-  double MemberShare(double place_m) const { return 1 - (1 - share) / LikelihoodRatio(place_m); }
-};
-
 // The largest power of the places' phases (Rayleigh's test: the squared sum over their number is
 // exponentially distributed where they lie anywhere), at the lowest frequency that has nearly as
 // much: the multiples of a pattern's frequency have about as much as itself.
 std::optional<double> FindSpacing_m(const std::vector<double>& places_m) {
-  constexpr double kNearly = 0.75, kStepsAPeak = 6;
+  constexpr double kNearly = 0.75, kStepsAPeak = 20;
   const double range_m = places_m.back() - places_m.front();
   const double step = 1 / (kStepsAPeak * std::max(range_m, kMostSpacing_m));
   std::vector<double> powers;
@@ -155,32 +154,45 @@ std::optional<double> FindSpacing_m(const std::vector<double>& places_m) {
   return 1 / (1 / kMostSpacing_m + step * static_cast<double>(first - powers.begin()));
 }
 
-// By expectation and maximisation, from a spacing that is about right.
-std::optional<Lattice> FitLattice(const std::vector<double>& places_m, double spacing_m) {
-  const auto phase = std::arg(SumPhases(places_m, 1 / spacing_m)) / (2 * std::numbers::pi);
-  Lattice lattice{spacing_m, phase * spacing_m, kMostScatter * spacing_m, 0.7};
-  for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();  // of phase and spacing
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    double members = 0, squares = 0;
-    for (const double place_m : places_m) {
-      const double weight = lattice.MemberShare(place_m), off_m = lattice.OffNearest_m(place_m);
-      const Eigen::Vector2d row(1, std::round((place_m - lattice.phase_m) / lattice.spacing_m));
-      normal += weight * row * row.transpose();
-      right += weight * off_m * row;
-      members += weight;
-      squares += weight * off_m * off_m;
-    }
-    if (members < kLeastLines - 1) return std::nullopt;
-    const Eigen::Vector2d moved = normal.ldlt().solve(right);
-    lattice.phase_m += moved(0);
-    lattice.spacing_m += moved(1);
-    lattice.scatter_m = std::max(std::sqrt(squares / members), kLeastScatter_m);
-    lattice.share = std::min(members / static_cast<double>(places_m.size()), 0.99);
+// How places repeat: a distance, and where between two of its multiples they are, as both edges of
+// a joint are and as depth has moved them. Estimated from the places themselves.
+class Lattice {
+ public:
+  Lattice(double spacing_m, std::vector<double> places_m)
+      : spacing_m_(spacing_m), places_m_(std::move(places_m)) {
+    const std::complex<double> sum = SumPhases(places_m_, 1 / spacing_m);
+    phase_m_ = std::arg(sum) / (2 * std::numbers::pi) * spacing_m;
+    // Mardia, Jupp, Directional Statistics (2000), 2.3.4.
+    const double mean = std::abs(sum) / static_cast<double>(places_m_.size());
+    scatter_m_ = spacing_m / (2 * std::numbers::pi) * std::sqrt(-2 * std::log(mean));
   }
-  return lattice.scatter_m < kMostScatter * lattice.spacing_m ? std::optional(lattice)
-                                                              : std::nullopt;
-}
+
+  double spacing_m() const { return spacing_m_; }
+  double scatter_m() const { return scatter_m_; }
+
+  // From the middle of the places to one of them.
+  double OffNearest_m(double place_m) const {
+    return std::remainder(place_m - phase_m_, spacing_m_);
+  }
+
+  // How much likelier a place is than if lines lay anywhere, as the other places say.
+  double LikelihoodRatio(double place_m) const {
+    const double width_m = kWidth * spacing_m_;
+    double density = 0;
+    for (const double other_m : places_m_) {
+      if (std::abs(other_m - place_m) <= kSameLine_m) continue;  // itself
+      const double off = std::remainder(place_m - other_m, spacing_m_) / width_m;
+      density += std::exp(-0.5 * off * off);
+    }
+    return density / (kWidth * std::sqrt(2 * std::numbers::pi)) /
+           static_cast<double>(places_m_.size());
+  }
+
+ private:
+  double spacing_m_;
+  std::vector<double> places_m_;
+  double phase_m_, scatter_m_;
+};
 
 void Include(double value_m, Interval* interval) {
   interval->from_m = std::min(interval->from_m, value_m);
@@ -198,8 +210,9 @@ void WeighPlace(double likelihood_ratio, MapLine* line) {
 std::optional<MapPattern> MakePattern(const Lattice& lattice, const PlaneOfLines& plane) {
   std::vector<PlacedLine> members;
   for (const PlacedLine& placed : plane.lines) {
-    if (lattice.MemberShare(placed.across_m) < 0.5) continue;
-    WeighPlace(lattice.LikelihoodRatio(placed.across_m), placed.line);
+    const double likelihood_ratio = lattice.LikelihoodRatio(placed.across_m);
+    if (likelihood_ratio < 1) continue;
+    WeighPlace(likelihood_ratio, placed.line);
     if (placed.line->kind == LineKind::kMark) members.push_back(placed);
   }
   if (CollectPlaces(members).size() < kLeastLines) return std::nullopt;
@@ -207,8 +220,8 @@ std::optional<MapPattern> MakePattern(const Lattice& lattice, const PlaneOfLines
   pattern.segment = members.front().line->segment;
   pattern.direction_world = plane.direction_world;
   pattern.across_world = plane.across_world;
-  pattern.spacing_m = lattice.spacing_m;
-  pattern.scatter_m = lattice.scatter_m;
+  pattern.spacing_m = lattice.spacing_m();
+  pattern.scatter_m = lattice.scatter_m();
   // On the line of the pattern that is nearest to the middle of the first of them.
   const MapLine& first = *members.front().line;
   pattern.origin_world = 0.5 * (first.start_world + first.end_world) -
@@ -230,8 +243,7 @@ std::optional<MapPattern> FindPattern(const PlaneOfLines& plane) {
   const std::vector<double> places_m = CollectPlaces(plane.lines);
   if (places_m.size() < kLeastLines) return std::nullopt;
   const auto spacing_m = FindSpacing_m(places_m);
-  const auto lattice = spacing_m ? FitLattice(places_m, *spacing_m) : std::nullopt;
-  return lattice ? MakePattern(*lattice, plane) : std::nullopt;
+  return spacing_m ? MakePattern(Lattice(*spacing_m, places_m), plane) : std::nullopt;
 }
 
 }  // namespace
@@ -246,8 +258,7 @@ std::vector<MapPattern> FindPatterns(std::vector<MapLine>* lines) {
   int at = 0;
   for (const auto& [key, of_direction] : sorted) {
     const Eigen::Vector3d& direction_world = directions_world[++at];
-    for (const Eigen::Vector3d& normal_world : directions_world) {
-      if (std::abs(normal_world.dot(direction_world)) > kSquare_rad) continue;
+    for (const Eigen::Vector3d& normal_world : CollectNormals(direction_world, directions_world)) {
       for (const PlaneOfLines& plane : FindPlanes(of_direction, direction_world, normal_world)) {
         if (auto pattern = FindPattern(plane)) patterns.push_back(std::move(*pattern));
       }
