@@ -277,6 +277,10 @@ void TurnLines(const RigidTransform& T, MapResult* map) {
     TurnPoint(T, &pipe.start_world);
     TurnPoint(T, &pipe.end_world);
   }
+  for (MapPattern& pattern : map->patterns) {
+    TurnPoint(T, &pattern.origin_world);
+    for (auto* way : {&pattern.direction_world, &pattern.across_world}) *way = T.rotation * *way;
+  }
   const Eigen::Matrix3d R = T.rotation.toRotationMatrix();
   for (LineCovariance& covariance : map->line_evidence.covariances) {
     for (auto* m : {&covariance.start_m2, &covariance.end_m2, &covariance.start_end_m2}) {
@@ -350,8 +354,8 @@ OccupancyMap TurnedOccupancy(const OccupancyMap& occupancy, const RigidTransform
 MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
-               points, point_observations, dense, filled, lines, marks, line_evidence, pipes,
-               building, seen_share, plan, occupancy] = map;
+               points, point_observations, dense, filled, lines, marks, patterns, line_evidence,
+               pipes, building, seen_share, plan, occupancy] = map;
   return {id,
           source,
           method,
@@ -372,6 +376,7 @@ MapResult CopyMap(const MapResult& map) {
           filled,
           lines,
           marks,
+          patterns,
           line_evidence,
           pipes,
           building,

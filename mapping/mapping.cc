@@ -21,6 +21,7 @@
 #include "mapping/external_poses/read_poses.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/lines/map_lines.h"
+#include "mapping/lines/patterns.h"
 #include "mapping/map/building.h"
 #include "mapping/map/landmarks.h"
 #include "mapping/map/map.h"
@@ -280,9 +281,10 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   std::vector<ViewRays> rays =
       RunDenseStage(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
   RunLineStage(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
+  map->patterns = FindPatterns(&map->lines);
   map->marks = TakeMarks(&map->lines);
-  spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
-               map->lines.size(), map->marks.size());
+  spdlog::info("dense cloud: {} points; lines: {}, and {} marks, of which {} patterns are made",
+               map->dense.size(), map->lines.size(), map->marks.size(), map->patterns.size());
   if (progress.Report(kLinesUntil)) {
     RunPipeStage(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
   }

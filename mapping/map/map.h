@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "data/core/georeference.h"
+#include "data/core/math.h"
 #include "data/core/types.h"
 #include "data/core/verdict.h"
 #include "data/io/map_line.h"
@@ -107,6 +108,19 @@ struct MapPipe {
   int images = 0;             // that show an outline of it
 };
 
+// Marks on a surface that repeat at one distance: joints of bricks, tiles and boards.
+struct MapPattern {
+  int64_t id = 0;
+  int segment = 0;                                             // of the run
+  Eigen::Vector3d origin_world = Eigen::Vector3d::Zero();      // on one of its lines
+  Eigen::Vector3d direction_world = Eigen::Vector3d::UnitX();  // of its lines
+  Eigen::Vector3d across_world = Eigen::Vector3d::UnitZ();     // from line to line
+  double spacing_m = 0;
+  double scatter_m = 0;           // of lines about their places, as standard deviation
+  Interval along_m, across_m;     // from the origin, as far as they were seen
+  std::vector<int64_t> line_ids;  // of the marks, in order
+};
+
 // Where a rectified image shows what a point of the map was made of. A track is one feature,
 // followed from image to image; a point that was fused of several has as many, which lie a little
 // beside it and each other.
@@ -188,9 +202,10 @@ struct MapResult {
   std::vector<DensePoint> filled;  // derived: on planes of the building, where nothing was measured
   std::vector<MapLine> lines;      // but marks; and junctions, which are derived (IsJunction)
   std::vector<MapLine> marks;      // lines that are on surfaces, and no edges of them
-  LineEvidence line_evidence;      // for lines and marks
-  std::vector<MapPipe> pipes;      // their outlines are not among the lines
-  Building building;               // empty of a map that was made without images
+  std::vector<MapPattern> patterns;  // of marks
+  LineEvidence line_evidence;        // for lines and marks
+  std::vector<MapPipe> pipes;        // their outlines are not among the lines
+  Building building;                 // empty of a map that was made without images
   // Of the surfaces that the cameras saw, as far as the map can tell, that which it holds: 0 to 1.
   // None of a map that was made without images, or by an earlier version.
   std::optional<double> seen_share = {};

@@ -46,10 +46,10 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes,           kPoints, kCloud,
-                                    kDense,      kDenseCloud,          kLines,  kMarks,
-                                    kOccupancy,  kProbabilities,       kRig,    kOptions,
-                                    kPipeFile,   kPointObservationFile};
+  std::vector<std::string> names = {
+      kTrajectory, kKeyframes, kPoints,   kCloud,       kDense,
+      kDenseCloud, kLines,     kMarks,    kOccupancy,   kProbabilities,
+      kRig,        kOptions,   kPipeFile, kPatternFile, kPointObservationFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -115,6 +115,7 @@ std::vector<std::pair<const char*, std::size_t>> CountContents(const MapResult& 
           {"line_covariances", map.line_evidence.covariances.size()},
           {"line_supports", map.line_evidence.supports.size()},
           {"pipes", map.pipes.size()},
+          {"patterns", map.patterns.size()},
           {"planes", map.building.planes.size()},
           {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
@@ -225,6 +226,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
 const std::map<std::string, std::string>& FilesOfLaterMaps() {
   static const std::map<std::string, std::string> files = {
       {"pipes", kPipeFile},
+      {"patterns", kPatternFile},
       {"point_observations", kPointObservationFile},
       {"line_covariances", kLineCovarianceFile},
       {"line_supports", kLineSupportFile}};
@@ -350,6 +352,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteMapLines(path + kMarks, map.marks);
   WriteLineEvidence(folder->staging(), map.line_evidence);
   WritePipes(path + kPipeFile, map.pipes);
+  WritePatterns(path + kPatternFile, map.patterns);
   WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   map.occupancy.WriteProbabilities(path + kProbabilities);
@@ -388,6 +391,7 @@ MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& opti
   CheckLinesOfPoints(path + kPoints, map);
   map.line_evidence = ReadLineEvidence(folder, map);
   if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
+  if (HasFile(folder, summary, kPatternFile)) map.patterns = ReadPatterns(path + kPatternFile);
   map.building = ReadBuilding(folder);
   ReadSeenShare(path + kSummary, summary, &map);
   if (HasFile(folder, summary, kPlanComparisonFiles[0])) map.plan = ReadPlanComparison(folder);

@@ -154,6 +154,80 @@ std::vector<MapPipe> ReadPipes(const std::string& path) {
 
 namespace {
 
+constexpr double kMostDistance_m = 10;  // of a pattern's lines
+constexpr double kUnitSlack = 1e-4;
+
+Json IntervalJson(const Interval& interval) {
+  return {RoundedForJson(interval.from_m), RoundedForJson(interval.to_m)};
+}
+
+Interval ParseInterval(const std::string& place, const Json& json, const char* key) {
+  const auto ends = ParsePoint<Eigen::Vector2d>(place, json.at(key), kMaxCoordinate_m);
+  if (ends.x() <= ends.y()) return {ends.x(), ends.y()};
+  throw DataError(fmt::format("{}: {}: found {} to {}, expected the lesser first", place, key,
+                              ends.x(), ends.y()));
+}
+
+Eigen::Vector3d ParseUnit(const std::string& place, const Json& json, const char* key) {
+  const auto unit = ParsePoint<Eigen::Vector3d>(place, json.at(key), 1 + kUnitSlack);
+  if (std::abs(unit.norm() - 1) < kUnitSlack) return unit;
+  throw DataError(fmt::format("{}: {}: found a length of {}, expected 1", place, key, unit.norm()));
+}
+
+Json PatternJson(const MapPattern& pattern) {
+  const auto unit = [](const Eigen::Vector3d& v) {
+    return Json{Micrometres(v.x()), Micrometres(v.y()), Micrometres(v.z())};
+  };
+  return {{"id", pattern.id},
+          {"segment", pattern.segment},
+          {"origin", PointJson(pattern.origin_world)},
+          {"direction", unit(pattern.direction_world)},
+          {"across", unit(pattern.across_world)},
+          {"spacing_m", Micrometres(pattern.spacing_m)},
+          {"scatter_m", Micrometres(pattern.scatter_m)},
+          {"along_m", IntervalJson(pattern.along_m)},
+          {"across_m", IntervalJson(pattern.across_m)},
+          {"lines", pattern.line_ids}};
+}
+
+MapPattern ParsePattern(const std::string& path, const Json& json, size_t index) {
+  MapPattern pattern;
+  pattern.id = static_cast<int64_t>(index);
+  const std::string place = fmt::format("{}: pattern {}", path, index);
+  BoundedAt(place, json, "id", pattern.id, pattern.id);
+  pattern.segment = BoundedAt(place, json, "segment", 0, static_cast<int>(kMaxSegment));
+  pattern.origin_world = ParsePoint<Eigen::Vector3d>(place, json.at("origin"), kMaxCoordinate_m);
+  pattern.direction_world = ParseUnit(place, json, "direction");
+  pattern.across_world = ParseUnit(place, json, "across");
+  pattern.spacing_m = BoundedAt(place, json, "spacing_m", 1e-6, kMostDistance_m);
+  pattern.scatter_m = BoundedAt(place, json, "scatter_m", 0.0, kMostDistance_m);
+  pattern.along_m = ParseInterval(place, json, "along_m");
+  pattern.across_m = ParseInterval(place, json, "across_m");
+  pattern.line_ids = json.at("lines").get<std::vector<int64_t>>();
+  return pattern;
+}
+
+}  // namespace
+
+void WritePatterns(const std::string& path, const std::vector<MapPattern>& patterns) {
+  Json json = Json::array();
+  for (const MapPattern& pattern : patterns) json.push_back(PatternJson(pattern));
+  WriteJsonFile(path, json);
+}
+
+std::vector<MapPattern> ReadPatterns(const std::string& path) {
+  return ParseJsonFile(path, [&](const Json& json) {
+    if (!json.is_array()) throw DataError(path + ": found no list, expected a list of patterns");
+    std::vector<MapPattern> patterns;
+    for (const Json& pattern : json) {
+      patterns.push_back(ParsePattern(path, pattern, patterns.size()));
+    }
+    return patterns;
+  });
+}
+
+namespace {
+
 constexpr double kMostYaw_rad = 4;
 
 std::optional<StampSpan> ParsePoses(const std::string& place, const Json& json) {

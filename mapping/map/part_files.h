@@ -31,6 +31,14 @@ void WritePipes(const std::string& path, const std::vector<MapPipe>& pipes);
 // Throws DataError naming the file, the pipe and the key for values that cannot be.
 std::vector<MapPipe> ReadPipes(const std::string& path);
 
+inline constexpr char kPatternFile[] = "patterns.json";
+
+// A list of patterns with what MapPattern holds under its names. Throws OutputError.
+void WritePatterns(const std::string& path, const std::vector<MapPattern>& patterns);
+
+// Throws DataError naming the file, the pattern and the key for values that cannot be.
+std::vector<MapPattern> ReadPatterns(const std::string& path);
+
 Json MergedJson(const std::vector<MergedRun>& runs);
 
 // Throws DataError, naming the path and the run, for less than two runs, one that is there twice,
