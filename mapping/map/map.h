@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "data/core/georeference.h"
 #include "data/core/types.h"
 #include "data/core/verdict.h"
 #include "data/io/map_line.h"
@@ -154,6 +155,7 @@ struct MapSource {
   // Added to the map's coordinates they are those of poses that were given far from their origin,
   // as in UTM.
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
+  std::optional<Georeference> georeference = {};  // where it was placed by control points
   std::string sequence;           // folder of the recording; "" of a run that was made by hand
   SequenceOptions opened;         // how it was opened
   std::string version;            // of slcmap
