@@ -34,7 +34,7 @@ void WriteSummary(const std::string& folder, const MapResult& map,
                {"map", map.id},
                {"run", map.source.run_id},
                {"yaw_rad", YawOfWorld(map.source.T_world_run)},
-               {"world_offset_m", OffsetJson(map.source.world_offset_m)},
+               {"georeference", GeoreferenceJson(map.source.georeference)},
                {"map_yaw_rad", YawOfWorld(T_export_map)},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason}};
@@ -125,10 +125,10 @@ void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWrit
   if (has_surroundings && map.building.walls.empty() && has({"svg", "pdf", "dxf"})) {
     spdlog::warn("plans: no wall was found in this map, plans show none");
   }
-  if (IsFar(map.source) && has({"limap", "cloud"})) {
+  if (map.source.georeference && has({"limap", "cloud"})) {
     spdlog::info(
-        "limap's files, .pcd and .bt cannot hold where the map lies: add {} of export.json",
-        WorldOffsetNote(map.source.world_offset_m));
+        "limap's files, .pcd and .bt cannot hold where the map lies, which export.json says: {}",
+        GeoreferenceNote(map.source.georeference));
   }
 }
 
@@ -186,7 +186,7 @@ MapSource ExportSourceIn(const std::string& folder) {
     source.run_id = json.at("run").get<std::string>();
     // Missing in exports of earlier versions.
     if (json.contains("yaw_rad")) source.T_world_run = ParseTurn(path, json);
-    source.world_offset_m = ParseOffset(path, json);
+    source.georeference = ParseGeoreference(path, json);
     if (json.contains("merged")) source.merged = ParseMerged(path, json.at("merged"), source);
     return source;
   });
@@ -304,6 +304,7 @@ void TurnContent(const RigidTransform& T, MapResult* map) {
   }
   TurnLines(T, map);
   TurnBuilding(T, &map->building);
+  map->source.georeference = MoveGeoreference(map->source.georeference, T);
   if (map->plan) map->plan->T_plan_world = map->plan->T_plan_world * T.Inverse();
 }
 
@@ -355,7 +356,7 @@ MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
                points, point_observations, dense, filled, lines, marks, patterns, line_evidence,
-               pipes, building, seen_share, plan, occupancy] = map;
+               pipes, building, seen_share, control, plan, occupancy] = map;
   return {id,
           source,
           method,
@@ -381,6 +382,7 @@ MapResult CopyMap(const MapResult& map) {
           pipes,
           building,
           seen_share,
+          control,
           plan,
           OccupancyMap(occupancy.resolution_m())};
 }
@@ -388,7 +390,7 @@ MapResult CopyMap(const MapResult& map) {
 }  // namespace
 
 RigidTransform FrameOfExports(const MapResult& map) {
-  if (IsFar(map.source)) return {};
+  if (IsShiftedOnly(map.source.georeference)) return {};
   const double turn_rad = YawOfWorld(map.building.T_map_world);
   return {ExpRotation({0, 0, std::remainder(turn_rad, 0.5 * M_PI)}), Vector3d::Zero()};
 }

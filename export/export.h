@@ -54,7 +54,8 @@ std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
 
 // From the map's world to the frame of exports: a turn about z that lays the main heading of the
 // walls (Building::T_map_world) along x or y, whichever is nearer, by at most 45 degrees.
-// None for maps that are far away: they lie in a frame that others share, whose axes they keep.
+// None for maps that are only shifted (IsShiftedOnly): they keep the axes of a frame that others
+// share.
 RigidTransform FrameOfExports(const MapResult& map);
 
 // Whether it is there already.

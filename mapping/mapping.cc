@@ -16,6 +16,7 @@
 #include "mapping/align/align_maps.h"
 #include "mapping/align/merge_maps.h"
 #include "mapping/building/build_building.h"
+#include "mapping/control/control.h"
 #include "mapping/dense/dense_map.h"
 #include "mapping/external_poses/pose_adjustment.h"
 #include "mapping/external_poses/read_poses.h"
@@ -454,8 +455,9 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
   const auto given =
       AdjustGiven(options.given_poses, cache, progress.Part(0, kAdjustedUntil), &input);
   const auto images = ImagesOfRevisits(input, options.adjustment, cache);
-  AdjustedRun adjusted =
-      AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjustedUntil));
+  const auto ties = input.control ? TieToControl(*input.control, &run) : std::vector<ControlTie>();
+  AdjustedRun adjusted = AdjustRun(std::move(run), options.adjustment, images.get(),
+                                   progress.Part(0, kAdjustedUntil), ties);
   const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(input, adjusted.run, cache);
@@ -463,7 +465,9 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
   MapResult map = MapRun(adjusted.run, recorded ? &*recorded : nullptr, options, &store,
                          progress.Part(kAdjustedUntil, 1));
   map.source.T_world_run = T_world_run;
-  map.source.world_offset_m = input.world_offset_m;
+  if (!input.world_offset_m.isZero()) {
+    map.source.georeference = Georeference{.crs = "", .origin_m = input.world_offset_m};
+  }
   map.adjustment = adjusted.figures;
   map.given_poses = given;
   return map;
@@ -483,6 +487,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   FindLinesOfPoints(united.map.lines, &united.map.points);
   progress.ReportOrStop(1);
   united.map.plan.reset();  // of the first map's walls alone
+  united.map.control.reset();
   united.map.source.options = options.ToYaml();
   return {std::move(united.map), united.alignment};
 }

@@ -4,12 +4,14 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence_source.h"
 #include "mapping/align/align_maps.h"
+#include "mapping/control/control_points.h"
 #include "mapping/map/map.h"
 #include "mapping/options.h"
 #include "odometry/run/run.h"
@@ -27,8 +29,9 @@ struct MapInput {
   double off_by_pairs_rad = std::numeric_limits<double>::infinity();
   double off_by_pairs_m = std::numeric_limits<double>::infinity();
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // added to them, as they were given
-  std::string recording = {};  // where it has moved to; "": it is where the run says
-  bool sparse = false;         // from the run alone, without its recording's images
+  std::string recording = {};           // where it has moved to; "": it is where the run says
+  std::optional<Control> control = {};  // points that its keyframes show pull them
+  bool sparse = false;                  // from the run alone, without its recording's images
   // A folder that keeps what long stages made until StageStore::Remove: a map that was stopped goes
   // on behind them. "": nothing is kept.
   std::string stages = {};

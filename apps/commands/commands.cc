@@ -155,6 +155,7 @@ void AddCommands(CLI::App& app) {
   AddMapCommand(app);
   AddMergeCommand(app);
   AddRegisterCommand(app);
+  AddGeoreferenceCommand(app);
   AddExportCommand(app);
   AddViewCommand(app);
   AddRunCommand(app);

@@ -19,6 +19,7 @@ void AddOdometryCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddMergeCommand(CLI::App& app);
 void AddRegisterCommand(CLI::App& app);
+void AddGeoreferenceCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);

@@ -173,7 +173,9 @@ bool IsTurned(const RigidTransform& T) {
 // How far a map that a file lies in is from where its poses were given.
 Eigen::Vector3d OffsetIn(const std::string& folder) {
   try {
-    if (Has(folder, "map.json")) return MapSourceIn(folder).world_offset_m;
+    if (!Has(folder, "map.json")) return Eigen::Vector3d::Zero();
+    const auto place = MapSourceIn(folder).georeference;
+    if (place && place->crs.empty() && place->turn_rad == 0) return place->origin_m;
   } catch (const DataError&) {  // WorldsIn says it
   }
   return Eigen::Vector3d::Zero();

@@ -11,6 +11,7 @@
 
 #include "apps/commands/check.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/control_stage.h"
 #include "apps/commands/merge.h"
 #include "apps/commands/options.h"
 #include "apps/commands/plan_stage.h"
@@ -200,7 +201,7 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 }
 
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
-                      OutputFolder* output) {
+                      ControlStage* control, OutputFolder* output) {
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
   MapInput input = ReadInput(arguments);
   const OdometryRun& run = input.run;
@@ -216,12 +217,14 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   const std::string stages = StagesIn(output->path());
   // A run whose files were changed may be another one the next time.
   if (!arguments.accept_changed) input.stages = stages;
+  input.control = control->FindInRun(run, arguments.sequence, StageProgress("tags"));
   MapResult map = NamingConfig(
       arguments.config, [&] { return BuildMap(std::move(input), options, StageProgress("map")); });
   // One that was interrupted goes on from them.
   const auto remove_stages = [&, interrupted = map.interrupted] {
     if (!interrupted) StageStore::Remove(stages);
   };
+  if (!Interrupted()) control->Place(&map);
   if (other) {
     unmerged->Write(map);
     remove_stages();
@@ -246,6 +249,7 @@ namespace {
 struct MapCommand {
   MapArguments arguments;
   PlanArguments plan;
+  ControlArguments control;
   std::string output;
 };
 
@@ -278,15 +282,18 @@ void Map(const MapCommand& command) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
   PlanStage plan(command.plan);
+  ControlStage control(command.control);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
+  for (const std::string& file : command.control.Files()) inputs.push_back(file);
   for (const std::string& input : {arguments.input, arguments.poses, arguments.sequence,
                                    arguments.into, arguments.config, command.plan.plan}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);
-  const MapResult map = RunMapStage(arguments, options, &plan, &output);
+  const MapResult map = RunMapStage(arguments, options, &plan, &control, &output);
   if (map.verdict) LogVerdict(arguments.input, *map.verdict);
   plan.RequirePlaced();
+  control.RequirePlaced();
 }
 
 }  // namespace
@@ -323,6 +330,7 @@ void AddMapCommand(CLI::App& app) {
           ->type_name("MAP");
   AddStartOption(*command, &arguments.at)->needs(into);
   AddPlanOptions(*command, &map->plan);
+  AddControlOptions(*command, &map->control);
   command->add_flag("--sparse", arguments.sparse,
                     "Map the landmarks and lines of the run alone, without opening its images");
   command->add_option("--config", arguments.config,
@@ -336,6 +344,7 @@ void AddMapCommand(CLI::App& app) {
       "Examples:\n  slcmap map OUT/run -o OUT/map\n"
       "  slcmap map SEQ --poses poses.tum -o MAP\n"
       "  slcmap map OUT2/run --into OUT/map -o BUILDING\n"
+      "  slcmap map OUT/run --control control.csv --crs EPSG:25832 -o OUT/map\n"
       "  slcmap map OUT/run --plan floor.png --plan-pixel-m 0.01 -o OUT/map");
   command->callback([map] { Map(*map); });
 }

@@ -15,6 +15,7 @@
 namespace slcmap::inline commands {
 
 class PlanStage;
+class ControlStage;
 
 // Counts runs and maps that were taken although their files were changed since, or they are not of
 // the run beside them, as a warning.
@@ -65,6 +66,6 @@ struct MapArguments {
 // is done so far, and says that it is partial; what is merged into another is none then. Throws
 // what reading, mapping, merging and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
-                      OutputFolder* output);
+                      ControlStage* control, OutputFolder* output);
 
 }  // namespace slcmap::commands

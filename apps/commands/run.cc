@@ -7,6 +7,7 @@
 
 #include "apps/commands/check.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/control_stage.h"
 #include "apps/commands/export.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
@@ -25,6 +26,7 @@ namespace {
 struct RunArguments {
   OdometryArguments odometry;
   PlanArguments plan;
+  ControlArguments control;
   std::string output;
   ExportOptions exporting;
 };
@@ -101,10 +103,12 @@ void RunAll(const RunArguments& arguments) {
   odometry.run = output + "/run";
   std::vector<std::string> inputs = ListInputs(odometry);
   if (!arguments.plan.plan.empty()) inputs.push_back(arguments.plan.plan);
+  for (const std::string& file : arguments.control.Files()) inputs.push_back(file);
   RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);
   PlanStage plan(arguments.plan);
+  ControlStage control(arguments.control);
   CheckPagePlace(PageIn(output));
   auto map_folder = std::make_unique<OutputFolder>(output + "/map", MapFiles(), inputs);
   OutputFolder export_folder(output + "/export", ExportFiles(), inputs);
@@ -120,7 +124,7 @@ void RunAll(const RunArguments& arguments) {
   MapArguments of_run;
   of_run.input = odometry.run;
   of_run.threads = odometry.threads;
-  Timed("map", [&] { return RunMapStage(of_run, mapping, &plan, map_folder.get()); });
+  Timed("map", [&] { return RunMapStage(of_run, mapping, &plan, &control, map_folder.get()); });
   if (Interrupted()) return;
   // What is shown is what the folder holds, whose numbers are rounded.
   map_folder.reset();
@@ -138,6 +142,7 @@ void RunAll(const RunArguments& arguments) {
   PrintVerdict(map.verdict ? *map.verdict : *run.verdict);
   RefuseFailed(odometry.run, run);
   plan.RequirePlaced();
+  control.RequirePlaced();
 }
 
 }  // namespace
@@ -152,6 +157,7 @@ void AddRunCommand(CLI::App& app) {
       ->type_name("OUT")
       ->required();
   AddPlanOptions(*command, &arguments->plan);
+  AddControlOptions(*command, &arguments->control);
   AddExportOptions(*command, &arguments->exporting);
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"

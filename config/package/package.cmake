@@ -87,7 +87,7 @@ endif()
 # What slcmap-config.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libopencv-dev (>= 4.6), \
 libopencv-contrib-dev (>= 4.6), libceres-dev (>= 2.1), libyaml-cpp-dev, libspdlog-dev, libfmt-dev, \
-libpcl-dev (>= 1.13), libgeos-dev, libcairo2-dev, libmetis-dev, liboctomap-dev, libtinygltf-dev, \
+libpcl-dev (>= 1.13), libgeos-dev, libproj-dev, libcairo2-dev, libmetis-dev, liboctomap-dev, libtinygltf-dev, \
 zlib1g-dev, liblz4-dev, libbz2-dev, libzstd-dev, libsqlite3-dev, \
 libavformat-dev, libavcodec-dev, libavutil-dev, libswscale-dev")
 include(CPack)

@@ -308,7 +308,7 @@ SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& quad_rays,
     const SurfaceMaterial& material = scene.materials[quad.material];
     Surface s{};
     s.tile = &textures_.Of(material);
-    if (material.texture == TextureKind::kPoster) {
+    if (IsStretched(material.texture)) {
       s.scale_s = s.scale_t = TextureTile::kSide;
       s.texels_per_m = TextureTile::kSide / std::sqrt(quad.u.cross(quad.v).norm());
     } else {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "data/simulator/scene/camera_response.h"
@@ -274,6 +275,23 @@ cv::Mat Poster(uint32_t seed) {
   return image;
 }
 
+// A tag with its white border, as the seed says (kTagsOfFamily); seen from the front, u to the
+// right and v up.
+cv::Mat Tag(uint32_t seed) {
+  constexpr double kBlack = -0.7, kWhite = 0.5;
+  const auto dictionary =
+      cv::aruco::getPredefinedDictionary(static_cast<int>(seed / kTagsOfFamily));
+  const int side = dictionary->markerSize + 2;
+  cv::Mat cells;
+  cv::aruco::drawMarker(dictionary, static_cast<int>(seed % kTagsOfFamily), side, cells);
+  cv::copyMakeBorder(cells, cells, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
+  cv::resize(cells, cells, {kSide, kSide}, 0, 0, cv::INTER_NEAREST);
+  cv::flip(cells, cells, 0);
+  cv::Mat image;
+  cells.convertTo(image, CV_32F, (kWhite - kBlack) / 255, kBlack);
+  return image;
+}
+
 cv::Mat Deviations(TextureKind kind, uint32_t seed) {
   switch (kind) {
     case TextureKind::kPlaster:
@@ -298,6 +316,8 @@ cv::Mat Deviations(TextureKind kind, uint32_t seed) {
       return CeilingGrid(seed);
     case TextureKind::kPoster:
       return Poster(seed);
+    case TextureKind::kTag:
+      return Tag(seed);
     case TextureKind::kPlain:
     case TextureKind::kLamp:
       break;
@@ -327,6 +347,8 @@ uint32_t Variant(const SurfaceMaterial& material) {
       return 0;
     case TextureKind::kPoster:
       return material.seed % 12;
+    case TextureKind::kTag:
+      return material.seed;
     default:
       return material.seed % 2;
   }
@@ -335,7 +357,8 @@ uint32_t Variant(const SurfaceMaterial& material) {
 }  // namespace
 
 TextureTile MakeTexture(TextureKind kind, uint32_t seed) {
-  cv::Mat level = Deviations(kind, Mixed(seed, 100 + static_cast<uint32_t>(kind)));
+  const bool is_tag = kind == TextureKind::kTag;  // whose seed says what it shows
+  cv::Mat level = Deviations(kind, is_tag ? seed : Mixed(seed, 100 + static_cast<uint32_t>(kind)));
   level -= cv::mean(level)[0];
   TextureTile tile;
   tile.texel_m = TexelSize_m(kind);

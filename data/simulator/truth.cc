@@ -1,11 +1,15 @@
 #include "data/simulator/truth.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
+
+#include "data/io/file.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -437,6 +441,35 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
         {static_cast<int64_t>(i), pipe.a, pipe.b, pipe.radius_m, watches[i].Intervals()});
   }
   return pipes;
+}
+
+namespace {
+
+// Where the middle of a quad is seen.
+Vector3d MiddleOf(const std::vector<ScenePatch>& patches, uint32_t quad) {
+  for (const ScenePatch& patch : patches) {
+    if (patch.quad != quad) continue;
+    const Eigen::Array2f at =
+        (Eigen::Array2f(0.5f, 0.5f) - patch.from.array()) / patch.size.array();
+    if ((at < 0).any() || (at > 1).any()) continue;
+    const auto& c = patch.corners;
+    const Eigen::Vector3f low = c[0] + at[0] * (c[1] - c[0]), high = c[3] + at[0] * (c[2] - c[3]);
+    return (low + at[1] * (high - low)).cast<double>();
+  }
+  return Vector3d::Constant(NAN);
+}
+
+}  // namespace
+
+void WriteTrueControl(const std::string& path, const Scene& scene) {
+  std::string text = "name,easting_m,northing_m,height_m,sigma_m\n";
+  const std::vector<ScenePatch> patches = SeenPatches(scene);
+  for (const SceneTag& tag : scene.tags) {
+    Vector3d p = MiddleOf(patches, tag.quad);
+    if (scene.georeference) p = *scene.georeference * p;
+    text += fmt::format("{},{:.5f},{:.5f},{:.5f},0.001\n", tag.name, p.x(), p.y(), p.z());
+  }
+  WriteFile(path, text);
 }
 
 }  // namespace slcmap::data

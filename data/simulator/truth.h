@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "data/io/map_line.h"
@@ -38,5 +39,9 @@ TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const Ren
 // not hidden. Once the task's stop is requested, with what was seen until then.
 std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, const RenderTask& task,
                                    int frames);
+
+// control.csv: the middles of the scene's tags, exact, as a surveyor gives them: in its
+// georeference, or in the world where it has none.
+void WriteTrueControl(const std::string& path, const Scene& scene);
 
 }  // namespace slcmap::data

@@ -389,7 +389,7 @@ void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
 
 std::string PlanDxf(const PlanSet& plans, const MapResult& map) {
   DxfFile file(plans.format.scale);
-  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
+  file.SetComment(GeoreferenceNote(map.source.georeference));
   for (const StoreyPlan& plan : plans.storeys) {
     AddStorey(plan, &plan == &plans.storeys.front(), &file);
   }
@@ -425,7 +425,7 @@ void AddPlanes(const Building& building, DxfFile* file) {
 
 std::string SectionDxf(const SectionDrawing& section, const MapResult& map) {
   DxfFile file(section.format.scale);
-  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
+  file.SetComment(GeoreferenceNote(map.source.georeference));
   AddPlanLayers("", true, &file);
   AddPaths("", section.shape, &file);
   AddPaths("", {{}, section.marks, {}}, &file);
@@ -436,7 +436,7 @@ std::string SectionDxf(const SectionDrawing& section, const MapResult& map) {
 
 std::string StoreyDxf(const StoreyPlan& plan, int scale, const MapResult& map) {
   DxfFile file(scale);
-  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
+  file.SetComment(GeoreferenceNote(map.source.georeference));
   AddStorey(plan, true, &file);
   return file.Text();
 }
@@ -445,7 +445,7 @@ std::string MapDxf(const MapResult& map, double max_jump_s) {
   constexpr char kPoints[] = "POINTS", kTrajectory[] = "TRAJECTORY";
   const RigidTransform& T_map_world = map.building.T_map_world;
   DxfFile file(100);
-  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
+  file.SetComment(GeoreferenceNote(map.source.georeference));
   AddLines(map, &file);
   AddPlanes(map.building, &file);
   file.AddLayer({kPoints, kLightGrey});

@@ -149,10 +149,10 @@ std::string IfcLabelValue(std::string_view label) {
   return fmt::format("IFCLABEL({})", StepText(label));
 }
 
-IfcFile::IfcFile() {
+IfcFile::IfcFile(const std::optional<double>& north_rad) {
   AddOwner();
   AddUnits();
-  AddContexts();
+  AddContexts(north_rad);
 }
 
 void IfcFile::AddOwner() {
@@ -175,9 +175,15 @@ void IfcFile::AddUnits() {
   units_ = Add("IFCUNITASSIGNMENT", {StepList(units)});
 }
 
-void IfcFile::AddContexts() {
+void IfcFile::AddContexts(const std::optional<double>& north_rad) {
+  const std::string north =
+      north_rad
+          ? step_.Share("IFCDIRECTION",
+                        {Coordinates(Eigen::Vector2d(-std::sin(*north_rad), std::cos(*north_rad)),
+                                     kDirectionDecimals)})
+          : kStepUnset;
   contexts_.model = Add("IFCGEOMETRICREPRESENTATIONCONTEXT",
-                        {"$", "'Model'", "3", "1.E-05", Placement({}), kStepUnset});
+                        {"$", "'Model'", "3", "1.E-05", Placement({}), north});
   const auto sub = [&](const char* identifier, const char* view) {
     return Add("IFCGEOMETRICREPRESENTATIONSUBCONTEXT", {StepText(identifier), "'Model'", "*", "*",
                                                         "*", "*", contexts_.model, "$", view, "$"});
@@ -188,13 +194,17 @@ void IfcFile::AddContexts() {
   contexts_.footprint = sub("FootPrint", ".MODEL_VIEW.");
 }
 
-void IfcFile::AddMapConversion(const Eigen::Vector3d& world_offset_m) {
+void IfcFile::AddMapConversion(const Georeference& place, const std::string& title) {
   const std::string crs =
-      Add("IFCPROJECTEDCRS", {"'unknown'", "'As the poses were given'", kStepUnset, kStepUnset,
-                              kStepUnset, kStepUnset, kStepUnset});
+      Add("IFCPROJECTEDCRS",
+          {StepText(place.crs.empty() ? "unknown" : place.crs),
+           StepText(title.empty() ? "As the poses or control points were given" : title),
+           kStepUnset, kStepUnset, kStepUnset, kStepUnset, kStepUnset});
   Add("IFCMAPCONVERSION",
-      {contexts_.model, crs, StepReal(world_offset_m.x()), StepReal(world_offset_m.y()),
-       StepReal(world_offset_m.z()), "1.", "0.", "1."});
+      {contexts_.model, crs, StepReal(place.origin_m.x()), StepReal(place.origin_m.y()),
+       StepReal(place.origin_m.z()), StepReal(std::cos(place.turn_rad), kDirectionDecimals),
+       StepReal(std::sin(place.turn_rad), kDirectionDecimals),
+       StepReal(place.scale, kDirectionDecimals)});
 }
 
 std::string IfcFile::Text() const {

@@ -3,10 +3,12 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "data/core/georeference.h"
 #include "data/core/polygon.h"
 #include "export/scene/scene.h"
 
@@ -74,11 +76,12 @@ std::string IfcLabelValue(std::string_view label);
 
 class IfcFile {
  public:
-  IfcFile();  // with owner, units and contexts
+  // With owner, units and contexts. north_rad: where true north is, counterclockwise from y.
+  explicit IfcFile(const std::optional<double>& north_rad = std::nullopt);
 
   const IfcContexts& contexts() const { return contexts_; }
-  // The model lies there in the coordinates that its poses were given in: a map conversion.
-  void AddMapConversion(const Eigen::Vector3d& world_offset_m);
+  // The model lies there: a map conversion. `title` is what the system is called.
+  void AddMapConversion(const Georeference& place, const std::string& title);
   const std::string& units() const { return units_; }
   std::string Text() const;
 
@@ -129,7 +132,7 @@ class IfcFile {
   static std::string Coordinates(const Eigen::Ref<const Eigen::VectorXd>& values, int decimals = 6);
   void AddOwner();
   void AddUnits();
-  void AddContexts();
+  void AddContexts(const std::optional<double>& north_rad);
   std::string Centre();
   std::string ExtrudedAlong(const std::string& profile, const Eigen::Vector3d& start,
                             const Eigen::Vector3d& end);

@@ -211,9 +211,11 @@ std::vector<std::string> IfcWriter::Write(const std::string& folder, const MapRe
                                           const Progress& progress) const {
   options_.Check();
   const std::string path = folder + "/map.ifc";
-  IfcFile file;
+  IfcFile file(FindNorth_rad(map.source));
   IfcStructure structure(map, &file);
-  if (!map.source.world_offset_m.isZero()) file.AddMapConversion(map.source.world_offset_m);
+  if (const auto& place = map.source.georeference) {
+    file.AddMapConversion(*place, place->crs.empty() ? "" : CoordinateSystem(place->crs).title());
+  }
   int left_out = AddIfcWalls(map.building, options_, &structure, &file);
   left_out += AddIfcSlabs(map.building, options_, &structure, &file);
   AddIfcSpaces(map.building, &structure, &file);

@@ -135,7 +135,7 @@ std::vector<std::string> ObjWriter::Write(const std::string& folder, const MapRe
                                           const Progress& progress) const {
   progress.ReportOrStop(0);
   options_.Check();
-  ObjText obj(options_.up == "y", WorldOffsetNote(map.source.world_offset_m));
+  ObjText obj(options_.up == "y", GeoreferenceNote(map.source.georeference));
   AddLines(map, &obj);
   AddPlanes(map.building, &obj);
   AddTrajectory(map, max_jump_s_, &obj);

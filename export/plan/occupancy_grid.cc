@@ -142,7 +142,7 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
     const std::string path = folder + "/grid/" + name;
     WriteFile(path + ".pgm", grid.Pgm());
     WriteFile(path + ".yaml",
-              grid.Yaml(name + ".pgm", resolution_m, WorldOffsetNote(map.source.world_offset_m)));
+              grid.Yaml(name + ".pgm", resolution_m, GeoreferenceNote(map.source.georeference)));
     paths.push_back(path + ".pgm");
     paths.push_back(path + ".yaml");
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <tuple>
 
 #include "export/plan/symbols.h"
 #include "export/scene/building_solids.h"
@@ -127,7 +128,7 @@ Drawing SectionLegend() {
        line(Pen::kOpening, "border of an opening"), line(Pen::kLine, "line of the map, beyond")});
 }
 
-Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far) {
+Drawing NorthArrow(const std::optional<double>& north_deg, const std::string& by) {
   constexpr double kReach_mm = 6, kHalf_mm = 1.8;
   const Eigen::Rotation2Dd turn(-north_deg.value_or(0) * M_PI / 180);
   const Vector2d middle(kReach_mm, kReach_mm + 1);
@@ -138,10 +139,10 @@ Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far) {
   arrow.paths = {{Pen::kDimension, {tail, neck}}, {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
   std::array<std::string, 2> lines = {"Building north: up on this sheet, along",
                                       "the walls; the compass' north is not known"};
-  if (is_far)
-    lines = {"Up on this sheet: y of the given poses;", "the compass' north is not known"};
   if (north_deg) {
-    lines = {fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg), "as given"};
+    lines = {fmt::format("North: {:.4g}\u00b0 clockwise from up,", *north_deg), by};
+  } else if (!by.empty()) {
+    lines = {"Up on this sheet: " + by + ";", "the compass' north is not known"};
   }
   double base_mm = middle.y() + 0.5;
   for (const std::string& line : lines) {
@@ -216,6 +217,18 @@ std::string FormatDate(const MapResult& map) {
   return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
 }
 
+// Degrees clockwise from up, and by what; of a map that is only shifted what up is.
+std::pair<std::optional<double>, std::string> FindNorth(const MapResult& map,
+                                                        const PlanOptions& options) {
+  if (options.north_deg) return {options.north_deg, "as given"};
+  if (IsShiftedOnly(map.source.georeference)) return {std::nullopt, "y of the given poses"};
+  const auto north_rad = FindNorth_rad(map.source);
+  if (!north_rad) return {};
+  const std::string& crs = map.source.georeference->crs;
+  return {std::remainder(-*north_rad * kDegreesPerRadian, 360),
+          crs.empty() ? "that of the grid of control points" : "true north, by " + crs};
+}
+
 // One below the other, where plans have their arrow.
 Drawing PlaceNote(const std::vector<std::string>& lines) {
   constexpr double kFirst_mm = 9;
@@ -235,11 +248,11 @@ TitleBlock::TitleBlock(const MapResult& map, const PlanOptions& options)
       date_(options.date.empty() ? FormatDate(map) : options.date),
       number_(options.number.empty() ? map.id.substr(0, 8) : options.number),
       map_id_(map.id),
-      offset_(WorldOffsetNote(map.source.world_offset_m)),
+      offset_(GeoreferenceNote(map.source.georeference)),
       is_complete_(map.complete),
-      is_far_(IsFar(map.source)),
-      in_mm_(options.millimetres),
-      north_deg_(options.north_deg) {}
+      in_mm_(options.millimetres) {
+  std::tie(north_deg_, north_by_) = FindNorth(map, options);
+}
 
 std::vector<std::string> TitleBlock::Notes(const SheetFormat& format,
                                            const SheetWords& words) const {
@@ -268,7 +281,7 @@ Drawing TitleBlock::Draw(const SheetFormat& format, const SheetWords& words,
   drawing.Add(Placed(legend, 1, low + Vector2d(kLegendLeft_mm, kLow_mm)));
   drawing.Add(Placed(ScaleBar(format.scale), 1, {right_mm, low.y() + kLow_mm}));
   const Drawing orientation =
-      words.place.empty() ? NorthArrow(north_deg_, is_far_) : PlaceNote(words.place);
+      words.place.empty() ? NorthArrow(north_deg_, north_by_) : PlaceNote(words.place);
   drawing.Add(Placed(orientation, 1, {right_mm, low.y() + kArrow_mm}));
   return drawing;
 }

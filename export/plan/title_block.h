@@ -20,9 +20,9 @@ Drawing Legend();
 Drawing SectionLegend();
 
 // An arrow and what it points to, some 14 mm high, from its lower left corner: the compass' north,
-// that many degrees clockwise from up, or where that is not known, up: along the building's walls,
-// of maps that are far away along the y of their poses.
-Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far);
+// that many degrees clockwise from up, known `by` that, or where it is not known, up: along the
+// building's walls, or along what `by` says.
+Drawing NorthArrow(const std::optional<double>& north_deg, const std::string& by);
 
 // Metres at a scale, some 50 mm long.
 Drawing ScaleBar(int scale);
@@ -50,8 +50,9 @@ class TitleBlock {
   std::vector<std::string> Notes(const SheetFormat& format, const SheetWords& words) const;
 
   std::string project_, date_, number_, map_id_, offset_;
-  bool is_complete_, is_far_, in_mm_;
+  bool is_complete_, in_mm_;
   std::optional<double> north_deg_;
+  std::string north_by_;
 };
 
 }  // namespace slcmap::exporting

@@ -1,11 +1,14 @@
-// The formats that a map can be written in, and what all their files say of far maps.
+// The formats that a map can be written in, and what all their files say of where it lies.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "data/core/coordinate_system.h"
+#include "data/core/math.h"
 #include "data/core/progress.h"
 #include "mapping/map/map.h"
 
@@ -27,15 +30,38 @@ class MapWriter {
                                          const Progress& progress) const = 0;
 };
 
-// Where maps of poses that were given far from their origin, as in UTM, lie: what files can say.
+// Where maps lie in a grid: what files can say.
 
-inline bool IsFar(const MapSource& source) { return !source.world_offset_m.isZero(); }
+// Whether a map is only shifted, as poses that were given far from their origin are: it keeps the
+// axes of a grid that others share.
+inline bool IsShiftedOnly(const std::optional<Georeference>& place) {
+  return place && place->crs.empty() && place->turn_rad == 0 && place->scale == 1;
+}
 
-// "world_offset_m 451200 5411300 312"; "" of maps that are where their poses were given.
-inline std::string WorldOffsetNote(const Eigen::Vector3d& offset_m) {
-  if (offset_m.isZero()) return "";
-  return fmt::format("world_offset_m {:.0f} {:.0f} {:.0f}", offset_m.x(), offset_m.y(),
-                     offset_m.z());
+// "world_offset_m 451200 5411300 312" of a map that is only shifted, else system, origin, turn and
+// scale; "" of maps that are in no grid.
+inline std::string GeoreferenceNote(const std::optional<Georeference>& place) {
+  if (!place) return "";
+  const Eigen::Vector3d& p = place->origin_m;
+  if (IsShiftedOnly(place)) {
+    return fmt::format("world_offset_m {:.0f} {:.0f} {:.0f}", p.x(), p.y(), p.z());
+  }
+  return fmt::format("{} origin_m {:.4f} {:.4f} {:.4f} turn_deg {:.7f} scale {:.9f}",
+                     place->crs.empty() ? "grid" : place->crs, p.x(), p.y(), p.z(),
+                     place->turn_rad * kDegreesPerRadian, place->scale);
+}
+
+// Where true north is in the map, counterclockwise from its y, or of a grid without a name the
+// grid's; nothing of maps that are in none.
+inline std::optional<double> FindNorth_rad(const MapSource& source) {
+  if (!source.georeference || IsShiftedOnly(source.georeference)) return std::nullopt;
+  const Georeference& place = *source.georeference;
+  double of_grid_rad = 0;
+  if (!place.crs.empty()) {
+    const auto on_earth = CoordinateSystem(place.crs).At(place.origin_m);
+    if (on_earth) of_grid_rad = on_earth->true_north_rad;
+  }
+  return of_grid_rad - place.turn_rad;
 }
 
 }  // namespace slcmap::exporting

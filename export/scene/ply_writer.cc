@@ -63,7 +63,7 @@ std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
   if (!scene.map_id.empty()) {
     comments.push_back("map " + scene.map_id + " of run " + scene.run_id);
   }
-  const std::string offset = WorldOffsetNote(scene.world_offset_m);
+  const std::string offset = GeoreferenceNote(scene.georeference);
   if (!offset.empty()) comments.push_back(offset);
   for (const PointLayer& layer : scene.points) {
     write(layer.name, {comments, {vertices_of(layer)}, {}});
@@ -92,7 +92,7 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   WriteDensePcd(folder + "/dense.pcd", map);
   progress.ReportOrStop(0.5);
   WriteDensePly(folder + "/dense.ply", map, Form(options_),
-                WorldOffsetNote(map.source.world_offset_m));
+                GeoreferenceNote(map.source.georeference));
   progress.ReportOrStop(0.8);
   map.occupancy.Write(folder + "/occupancy.bt");
   std::vector<std::string> paths;

@@ -134,7 +134,7 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Prog
   const HeightColours colours(std::move(heights_m));
 
   MapScene scene;
-  scene.world_offset_m = map.source.world_offset_m;
+  scene.georeference = map.source.georeference;
   scene.points = {MakePointLayer(map, colours)};
   scene.lines = {MakeLineLayer(map), MakeTrajectoryLayer(map, options.max_jump_s),
                  MakeKeyframeLayer(map, options)};

@@ -8,10 +8,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "data/core/camera.h"
+#include "data/core/georeference.h"
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "export/scene/map_writer.h"
@@ -56,8 +58,8 @@ struct MeshLayer {
 };
 
 struct MapScene {
-  std::string map_id, run_id;  // of what it shows; "" where that is not known
-  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // as MapSource has it
+  std::string map_id, run_id;                     // of what it shows; "" where that is not known
+  std::optional<Georeference> georeference = {};  // as MapSource has it
   std::vector<PointLayer> points;
   std::vector<LineLayer> lines;
   std::vector<MeshLayer> meshes;

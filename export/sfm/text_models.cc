@@ -102,7 +102,7 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
   const std::vector<ModelImage> images = ModelImages(map);
   const std::vector<ModelPoint> points = ModelPoints(map, images);
   progress.ReportOrStop(0.5);
-  const std::string offset = WorldOffsetNote(map.source.world_offset_m);
+  const std::string offset = GeoreferenceNote(map.source.georeference);
   WriteFile(model + "/images.txt",
             (offset.empty() ? "" : "# " + offset + "\n") + ImagesText(images, points));
   WriteFile(model + "/points3D.txt", PointsText(points, images));

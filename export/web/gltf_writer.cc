@@ -36,8 +36,8 @@ class GltfModel {
   void AddLayer(const std::string& path, const Vertices& vertices,
                 const std::vector<uint32_t>& indices, int mode,
                 const tinygltf::Value::Object& extras = {});
-  void SetOrigin(const std::string& map_id, const std::string& run_id,
-                 const Eigen::Vector3d& world_offset_m);
+  // What the scene is of, and where it lies: z is up there, as in the map.
+  void SetOrigin(const MapScene& scene);
 
   // The model, which ends with it.
   tinygltf::Model Finish();
@@ -127,18 +127,22 @@ void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
   model_.meshes.push_back(mesh);
 }
 
-void GltfModel::SetOrigin(const std::string& map_id, const std::string& run_id,
-                          const Eigen::Vector3d& world_offset_m) {
-  if (!world_offset_m.isZero()) {
-    tinygltf::Value::Array offset;
-    for (const double value_m : world_offset_m) offset.emplace_back(value_m);
-    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["world_offset_m"] =
-        tinygltf::Value(offset);
+void GltfModel::SetOrigin(const MapScene& scene) {
+  if (scene.georeference) {
+    const Georeference& place = *scene.georeference;
+    tinygltf::Value::Object extras;
+    tinygltf::Value::Array origin;
+    for (const double value_m : place.origin_m) origin.emplace_back(value_m);
+    extras["crs"] = tinygltf::Value(place.crs);
+    extras["origin_m"] = tinygltf::Value(origin);
+    extras["turn_rad"] = tinygltf::Value(place.turn_rad);
+    extras["scale"] = tinygltf::Value(place.scale);
+    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["georeference"] = tinygltf::Value(extras);
   }
-  if (map_id.empty()) return;
+  if (scene.map_id.empty()) return;
   tinygltf::Value::Object ids;
-  ids["map"] = tinygltf::Value(map_id);
-  ids["run"] = tinygltf::Value(run_id);
+  ids["map"] = tinygltf::Value(scene.map_id);
+  ids["run"] = tinygltf::Value(scene.run_id);
   model_.asset.extras = tinygltf::Value(ids);
 }
 
@@ -441,7 +445,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
                                            const Progress& progress) const {
   const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
   GltfModel model(options_.quantised);
-  model.SetOrigin(scene.map_id, scene.run_id, scene.world_offset_m);
+  model.SetOrigin(scene);
   GltfLayers layers(map, scene, &model);
   layers.AddPoints();
   layers.AddDense(max_vertices_ - CountVertices(scene));

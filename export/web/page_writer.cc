@@ -17,6 +17,7 @@
 #include "export/scene/scene.h"
 #include "export/web/page_data.h"
 #include "mapping/map/building.h"
+#include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -321,9 +322,7 @@ std::string PackForPage(const MapResult& map, const std::string& title,
       {"partial_reason", map.partial_reason},
       {"seen_share", OptionalJson(map.seen_share)},
       {"origin", {origin_world.x(), origin_world.y(), origin_world.z()}},
-      {"world_offset_m",
-       {map.source.world_offset_m.x(), map.source.world_offset_m.y(),
-        map.source.world_offset_m.z()}},
+      {"georeference", GeoreferenceJson(map.source.georeference)},
       {"marks", map.marks.size()},
       {"chunk_m", kPageChunk_m},
       {"dense_chunks", chunks},

@@ -16,12 +16,12 @@ namespace slcmap::inline exporting {
 // behind the document and number of values of each by its name.
 //
 // Coordinates are metres relative to the document's "origin" (in the world, z up), which keeps
-// floats exact to a micrometre or so; "world_offset_m" is added for those of poses that were given
-// far away. The dense cloud is in chunks of "chunk_m": coordinates are
-// uint16 from a chunk's corner, 65535 for its far side, half a millimetre a step; in a chunk,
-// points are in Morton order. Pictures are one behind the other in "image_bytes", the first from
-// byte 0 to "image_end"[0]. A pipe is nine of "pipes": the ends of its axis, its radius, and the
-// standard deviations of axis and radius. Throws StoppedError when progress says so.
+// floats exact to a micrometre or so; "georeference" says where the world lies in a grid, as
+// map.json has it. The dense cloud is in chunks of "chunk_m": coordinates are uint16 from a chunk's
+// corner, 65535 for its far side, half a millimetre a step; in a chunk, points are in Morton order.
+// Pictures are one behind the other in "image_bytes", the first from byte 0 to "image_end"[0]. A
+// pipe is nine of "pipes": the ends of its axis, its radius, and the standard deviations of axis
+// and radius. Throws StoppedError when progress says so.
 std::string PackForPage(const MapResult& map, const std::string& title,
                         const std::vector<PageImage>& images = {}, const Progress& progress = {});
 

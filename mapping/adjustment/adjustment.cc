@@ -159,8 +159,13 @@ CalibrationOptions BeliefsAfter(const OdometryRun& run, CalibrationOptions optio
 // One adjustment under way.
 class Adjustment {
  public:
-  Adjustment(const OdometryRun& run, const AdjustmentOptions& options)
-      : run_(run), options_(options), model_(run, options), state_(StateOfRun(run, options)) {
+  Adjustment(const OdometryRun& run, const AdjustmentOptions& options,
+             const std::vector<ControlTie>& control)
+      : run_(run),
+        options_(options),
+        control_(control),
+        model_(run, options),
+        state_(StateOfRun(run, options)) {
     const CalibrationOptions calibration = BeliefsAfter(run, options.calibration);
     ties_.emplace(calibration, run.calibration.empty()
                                    ? CalibrationPrior(calibration).belief()
@@ -170,7 +175,7 @@ class Adjustment {
 
   bool Solve(const Progress& progress, double settled) {
     Preintegrate(run_, &state_);
-    problem_ = BuildProblem(model_, state_, closures_);
+    problem_ = BuildProblem(model_, state_, closures_, control_);
     const RoundSummary round =
         SolveProblem(options_, state_, closures_, settled, problem_.get(), progress);
     if (figures_.iterations == 0) figures_.initial_cost = round.initial_cost;
@@ -210,7 +215,7 @@ class Adjustment {
 
   // What is known of the calibration, and which of its numbers are taken to be as given.
   void UpdateCalibrationPrior() {
-    problem_ = BuildProblem(model_, state_, closures_);  // of what is left and believed
+    problem_ = BuildProblem(model_, state_, closures_, control_);  // of what is left and believed
     const Eigen::MatrixXd covariance =
         BlockCovariance(problem_.get(), {state_.imu_calibration, state_.camera_calibration});
     if (covariance.size() == 0) return;
@@ -305,6 +310,7 @@ class Adjustment {
 
   const OdometryRun& run_;
   const AdjustmentOptions& options_;
+  const std::vector<ControlTie>& control_;
   AdjustmentModel model_;
   AdjustmentState state_;
   std::unique_ptr<ceres::Problem> problem_;
@@ -324,12 +330,13 @@ AdjustmentResult Unusable(const std::string& reason) {
 }  // namespace
 
 AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
-                                    const ClosureSource& find, const Progress& progress) {
+                                    const ClosureSource& find, const Progress& progress,
+                                    const std::vector<ControlTie>& control) {
   options.Check();
   if (run.keyframes.size() < kMinKeyframes || run.imu.empty()) {
     return Unusable("too few keyframes, or no IMU samples");
   }
-  Adjustment adjustment(run, options);
+  Adjustment adjustment(run, options, control);
   if (!adjustment.Solve(progress.Part(0, 0.2), kRoughlySettled)) {
     return Unusable("the adjustment diverged");
   }
@@ -346,8 +353,11 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
 }
 
 AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
-                        const ViewImages* images, const Progress& progress) {
-  if (!options.closures.enabled) return AdjustWithClosures(run, options, nullptr, progress);
+                        const ViewImages* images, const Progress& progress,
+                        const std::vector<ControlTie>& control) {
+  if (!options.closures.enabled) {
+    return AdjustWithClosures(run, options, nullptr, progress, control);
+  }
   const AdjustmentModel model(run, options);
   const auto find = [&](const AdjustmentState& state, const Progress& part) {
     std::vector<Closure> closures = FindEdgeClosures(state, options.closures);
@@ -356,7 +366,7 @@ AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options
                       std::back_inserter(closures));
     return closures;
   };
-  return AdjustWithClosures(run, options, find, progress);
+  return AdjustWithClosures(run, options, find, progress, control);
 }
 
 void Apply(const AdjustmentResult& result, OdometryRun* run) {
@@ -381,16 +391,17 @@ bool HasRevisit(const AdjustmentFigures& figures) {
 }  // namespace
 
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
-                      const Progress& progress) {
+                      const Progress& progress, const std::vector<ControlTie>& control) {
   AdjustedRun adjusted{std::move(run), std::nullopt};
-  // Without closures no place is known to be seen again.
-  const bool is_wanted = options.enabled && (options.closures.enabled || !options.needs_revisit);
+  // Without closures no place is known to be seen again; control points say as much.
+  const bool needs_revisit = options.needs_revisit && control.empty();
+  const bool is_wanted = options.enabled && (options.closures.enabled || !needs_revisit);
   if (!is_wanted || adjusted.run.method == kExternalPoses || adjusted.run.keyframes.empty()) {
     return adjusted;
   }
   try {
-    const AdjustmentResult result = Adjust(adjusted.run, options, images, progress);
-    if (result.usable && options.needs_revisit && !HasRevisit(result.figures)) return adjusted;
+    const AdjustmentResult result = Adjust(adjusted.run, options, images, progress, control);
+    if (result.usable && needs_revisit && !HasRevisit(result.figures)) return adjusted;
     if (result.usable) {
       Apply(result, &adjusted.run);
       adjusted.figures = result.figures;

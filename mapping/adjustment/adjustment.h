@@ -10,6 +10,7 @@
 
 #include "data/core/progress.h"
 #include "mapping/adjustment/closure.h"
+#include "mapping/adjustment/control_terms.h"
 #include "mapping/adjustment/options.h"
 #include "mapping/map/map.h"
 #include "mapping/views/view.h"
@@ -38,14 +39,17 @@ using ClosureSource =
 // with the headings they share, and the calibration, from all that the run observed at once. The
 // first pose of each segment keeps its position and heading. The same run gives the same result,
 // to the last bit. With the images of the keyframes (in their order; null for none) places are
-// recognised by points too, else by edges alone. Throws StoppedError when progress says so, and
+// recognised by points too, else by edges alone. Control points pull what they bind. Throws
+// StoppedError when progress says so, and
 // ConfigError.
 AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
-                        const ViewImages* images = nullptr, const Progress& progress = {});
+                        const ViewImages* images = nullptr, const Progress& progress = {},
+                        const std::vector<ControlTie>& control = {});
 
 // The same with closures from elsewhere, right or wrong; none looks for no revisits.
 AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
-                                    const ClosureSource& find, const Progress& progress = {});
+                                    const ClosureSource& find, const Progress& progress = {},
+                                    const std::vector<ControlTie>& control = {});
 
 // The run with what the adjustment found in place of what it had.
 void Apply(const AdjustmentResult& result, OdometryRun* run);
@@ -65,6 +69,6 @@ inline constexpr const char* kNotAdjusted = "not_adjusted";
 // progress ends that. With the images of its keyframes (null for none), read as they are needed,
 // places are recognised by points too where that is enabled. Throws ConfigError.
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
-                      const Progress& progress = {});
+                      const Progress& progress = {}, const std::vector<ControlTie>& control = {});
 
 }  // namespace slcmap::mapping

@@ -22,7 +22,8 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kLossSigma = 0.5;  // where the losses of points and lines turn linear
+constexpr double kLossSigma = 0.5;       // where the losses of points and lines turn linear
+constexpr double kControlLossSigma = 3;  // where that of control points flattens
 // So many observations of one edge count in full; more share their weight, since what one edge
 // errs in (a wall that bends, a calibration that is off) does not average out over its views.
 constexpr int kLineObservations = 10;
@@ -318,6 +319,7 @@ std::vector<double*> EliminatedLast(const AdjustmentState& state, const ceres::P
   std::vector<double*> last{state.imu_calibration, state.camera_calibration};
   last.insert(last.end(), state.headings.begin(), state.headings.end());
   last.insert(last.end(), state.slopes.begin(), state.slopes.end());
+  last.push_back(state.control_shift);
   std::erase_if(last, [&](double* block) { return !problem.HasParameterBlock(block); });
   return last;
 }
@@ -342,6 +344,7 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
       point_loss(std::make_unique<ceres::HuberLoss>(kLossSigma)),
       line_loss(std::make_unique<ceres::HuberLoss>(kLossSigma)),
       axis_loss(std::make_unique<ceres::CauchyLoss>(kDeviationLossSigma)),
+      control_loss(std::make_unique<ceres::CauchyLoss>(kControlLossSigma)),
       closure_loss_sigma(options.closures.loss_sigma),
       prior_weights(FirstWeights(options.calibration)) {
   GraduateClosures(1);
@@ -403,7 +406,8 @@ double Chi2OfLeft(const AdjustmentTerm& term) { return SquaredRows(term, 2); }
 
 std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
-                                             const std::vector<Closure>& closures) {
+                                             const std::vector<Closure>& closures,
+                                             const std::vector<ControlTie>& ties) {
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -418,6 +422,7 @@ std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
   }
   AddLineTerms(model, state, problem.get());
   AddClosureTerms(closures, state, model, problem.get());
+  AddControlTerms(ties, state, model.control_loss.get(), problem.get());
   return problem;
 }
 

@@ -15,6 +15,7 @@
 #include "data/core/progress.h"
 #include "mapping/adjustment/adjustment_state.h"
 #include "mapping/adjustment/closure.h"
+#include "mapping/adjustment/control_terms.h"
 #include "odometry/factors/factor.h"
 
 namespace slcmap::inline mapping {
@@ -55,7 +56,7 @@ struct AdjustmentModel {
 
   StereoGeometry points, lines, matched_points;  // with their weights
   double edge_sigma_m = 0;                       // of edges that are one
-  std::unique_ptr<ceres::LossFunction> point_loss, line_loss, axis_loss, closure_loss;
+  std::unique_ptr<ceres::LossFunction> point_loss, line_loss, axis_loss, closure_loss, control_loss;
   double closure_loss_sigma = 0;
   // One over the standard deviations of the calibration as it was given, and of its ties to that;
   // 0 for none.
@@ -81,11 +82,13 @@ AdjustmentTerm ImuTerm(size_t frame, const AdjustmentState& state);
 double Chi2(const AdjustmentTerm& term);
 double Chi2OfLeft(const AdjustmentTerm& term);
 
-// All terms of a state, and of the closures that were not taken back. The position and the heading
-// of each segment's first pose are held to where they are, which no measurement tells.
+// All terms of a state, of the closures that were not taken back, and of control points. The
+// position and the heading of each segment's first pose are held to where they are, which no
+// measurement tells.
 std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
-                                             const std::vector<Closure>& closures);
+                                             const std::vector<Closure>& closures,
+                                             const std::vector<ControlTie>& ties = {});
 
 struct RoundSummary {
   bool usable = false;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "data/core/error.h"
+#include "mapping/adjustment/control_terms.h"
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"
@@ -27,7 +28,7 @@ constexpr int64_t kRateAveraged_ns = 20'000'000;  // before a cut, so that its n
 size_t CountNumbers(const OdometryRun& run) {
   return run.keyframes.size() * (kPoseSize + kSpeedBiasSize) + kCalibrationSize +
          run.manhattan_worlds.size() + 2 * run.sloped_directions.size() +
-         run.landmarks.size() * kPointSize +
+         run.landmarks.size() * kPointSize + kControlShiftSize +
          run.lines.size() * (kGeneralLineSize + kSharedDeviationSize);
 }
 
@@ -251,6 +252,7 @@ AdjustmentState StateOfRun(const OdometryRun& run, const AdjustmentOptions& opti
   AddDirections(run, &state);
   AddPoints(run, &state);
   AddLines(run, options, &state);
+  state.control_shift = state.blocks.Add(std::array<double, kControlShiftSize>{});
   return state;
 }
 

@@ -94,6 +94,7 @@ struct AdjustmentState {
   double share_sigma_rad = 0;
   std::vector<AdjustedPoint> points;
   std::vector<AdjustedLine> lines;
+  double* control_shift = nullptr;  // see control_terms.h
 
   CalibrationState calibration() const;
 };

@@ -317,6 +317,9 @@ UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& 
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
+  if (!first.source.georeference) {
+    first.source.georeference = MoveGeoreference(second.source.georeference, T);
+  }
   UniteReports(second, &first);
   progress.ReportOrStop(1);
   first.adjustment.reset();

@@ -19,6 +19,7 @@
 #include "data/io/trajectory.h"
 #include "data/source/sequence_source.h"
 #include "mapping/map/building.h"
+#include "mapping/map/control_fit.h"
 #include "mapping/map/occupancy_map.h"
 #include "mapping/map/plan_comparison.h"
 
@@ -166,10 +167,9 @@ struct MergedRun {
 struct MapSource {
   std::string run_id;
   RigidTransform T_world_run;  // from the run's world to the map's: a turn about z
-  // Added to the map's coordinates they are those of poses that were given far from their origin,
-  // as in UTM.
-  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
-  std::optional<Georeference> georeference = {};  // where it was placed by control points
+  // Where it lies in a grid: by control points, or of poses that were given far from their origin,
+  // as in UTM (MoveNearOrigin), without a name and not turned.
+  std::optional<Georeference> georeference = {};
   std::string sequence;           // folder of the recording; "" of a run that was made by hand
   SequenceOptions opened;         // how it was opened
   std::string version;            // of slcmap
@@ -209,6 +209,7 @@ struct MapResult {
   // Of the surfaces that the cameras saw, as far as the map can tell, that which it holds: 0 to 1.
   // None of a map that was made without images, or by an earlier version.
   std::optional<double> seen_share = {};
+  std::optional<ControlFit> control = {};  // how it lies on control points, if they were given
   std::optional<PlanComparison> plan;  // where it lies in a plan of the building, if it was given
   OccupancyMap occupancy{0.1};
 };

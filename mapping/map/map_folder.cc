@@ -45,7 +45,7 @@ double MedianObservations(const std::vector<MapLine>& lines) {
   return ComputeTrackLengths(std::move(observations)).median_keyframes;
 }
 
-std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
+std::vector<std::string> ListedNames(bool with_calibration, bool with_plan, bool with_control) {
   std::vector<std::string> names = {
       kTrajectory, kKeyframes, kPoints,   kCloud,       kDense,
       kDenseCloud, kLines,     kMarks,    kOccupancy,   kProbabilities,
@@ -55,6 +55,7 @@ std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
   if (with_calibration) names.emplace_back(kCalibration);
   if (with_plan)
     names.insert(names.end(), kPlanComparisonFiles.begin(), kPlanComparisonFiles.end());
+  if (with_control) names.insert(names.end(), kControlFiles.begin(), kControlFiles.end());
   return names;
 }
 
@@ -174,7 +175,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"source",
                 {{"run", map.source.run_id},
                  {"yaw_rad", YawOfWorld(map.source.T_world_run)},
-                 {"world_offset_m", OffsetJson(map.source.world_offset_m)},
+                 {"georeference", GeoreferenceJson(map.source.georeference)},
                  {"slcmap", map.source.version},
                  {"sequence", map.source.sequence},
                  {"opened", OpenedJson(map.source.opened)}}},
@@ -191,8 +192,8 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
   if (map.plan) json["plan"] = ComparisonJson(*map.plan);
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
   for (const auto& [what, count] : CountContents(map)) json["counts"][what] = count;
-  json["files"] =
-      ListFiles(folder, ListedNames(map.calibrated_rig.has_value(), map.plan.has_value()));
+  json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value(),
+                                                map.plan.has_value(), map.control.has_value()));
   return WriteSummaryFile(folder + "/" + kSummary, json);
 }
 
@@ -210,7 +211,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     if (source.contains("yaw_rad")) {  // missing in maps of earlier versions
       map->source.T_world_run = ParseTurn(path + ": source", source);
     }
-    map->source.world_offset_m = ParseOffset(path + ": source", source);
+    map->source.georeference = ParseGeoreference(path + ": source", source);
     if (json.contains("merged"))
       map->source.merged = ParseMerged(path, json.at("merged"), map->source);
     map->complete = json.at("complete").get<bool>();
@@ -330,7 +331,7 @@ void CheckLinesOfPoints(const std::string& path, const MapResult& map) {
 
 StageFiles MapFiles() {
   StageFiles files{"a map", {kSummary}};
-  for (const std::string& name : ListedNames(true, true)) files.names.push_back(name);
+  for (const std::string& name : ListedNames(true, true, true)) files.names.push_back(name);
   return files;
 }
 
@@ -359,6 +360,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
   if (map.plan) WritePlanComparison(folder->staging(), *map.plan);
+  if (map.control) WriteControlFit(folder->staging(), *map.control, map.source.georeference);
   if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);
   const std::string id = WriteSummary(folder->staging(), map);
   folder->Commit(map.complete);
@@ -368,6 +370,9 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   }
   for (const char* name : kPlanComparisonFiles) {
     if (!map.plan) std::filesystem::remove(folder->path() + "/" + name, ignored);
+  }
+  for (const char* name : kControlFiles) {
+    if (!map.control) std::filesystem::remove(folder->path() + "/" + name, ignored);
   }
   return id;
 }
@@ -395,6 +400,7 @@ MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& opti
   map.building = ReadBuilding(folder);
   ReadSeenShare(path + kSummary, summary, &map);
   if (HasFile(folder, summary, kPlanComparisonFiles[0])) map.plan = ReadPlanComparison(folder);
+  if (HasFile(folder, summary, kControlFiles[0])) map.control = ReadControlFit(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

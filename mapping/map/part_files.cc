@@ -287,15 +287,41 @@ double YawOfWorld(const RigidTransform& T_world_run) {
   return LogRotation(T_world_run.rotation).z();
 }
 
-Json OffsetJson(const Eigen::Vector3d& world_offset_m) {
-  return {world_offset_m.x(), world_offset_m.y(), world_offset_m.z()};
+Json GeoreferenceJson(const std::optional<Georeference>& georeference) {
+  if (!georeference) return nullptr;
+  const Eigen::Vector3d& p = georeference->origin_m;
+  return {{"crs", georeference->crs},
+          {"origin_m", {p.x(), p.y(), p.z()}},
+          {"turn_rad", georeference->turn_rad},
+          {"scale", georeference->scale}};
 }
 
-Eigen::Vector3d ParseOffset(const std::string& place, const Json& json) {
+std::optional<Georeference> ParseGeoreference(const std::string& place, const Json& json) {
   constexpr double kMostOffset_m = 1e10;  // beyond the Earth
-  if (!json.contains("world_offset_m")) return Eigen::Vector3d::Zero();
-  return ParsePoint<Eigen::Vector3d>(place + ": world_offset_m", json.at("world_offset_m"),
-                                     kMostOffset_m);
+  const auto parse_origin = [&](const Json& in, const char* key) {
+    return ParsePoint<Eigen::Vector3d>(place + ": " + key, in.at(key), kMostOffset_m);
+  };
+  Georeference georeference;
+  if (const Json found = json.value("georeference", Json()); !found.is_null()) {
+    georeference.crs = found.at("crs").get<std::string>();
+    georeference.origin_m = parse_origin(found, "origin_m");
+    georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);
+    georeference.scale = BoundedAt(place, found, "scale", 0.5, 2.0);
+    return georeference;
+  }
+  if (!json.contains("world_offset_m")) return std::nullopt;
+  georeference.origin_m = parse_origin(json, "world_offset_m");
+  if (georeference.origin_m.isZero()) return std::nullopt;
+  return georeference;
+}
+
+std::optional<Georeference> MoveGeoreference(const std::optional<Georeference>& georeference,
+                                             const RigidTransform& T_moved_map) {
+  if (!georeference) return std::nullopt;
+  Georeference moved = *georeference;
+  moved.origin_m = *georeference * T_moved_map.Inverse().translation;
+  moved.turn_rad = std::remainder(georeference->turn_rad - YawOfWorld(T_moved_map), 2 * M_PI);
+  return moved;
 }
 
 RigidTransform ParseTurn(const std::string& place, const Json& json) {

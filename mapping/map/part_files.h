@@ -50,9 +50,16 @@ std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
 double YawOfWorld(const RigidTransform& T_world_run);
 RigidTransform ParseTurn(const std::string& place, const Json& json);
 
-// world_offset_m of an object, and back: zero where it is missing, as in maps of earlier versions.
-Json OffsetJson(const Eigen::Vector3d& world_offset_m);
-Eigen::Vector3d ParseOffset(const std::string& place, const Json& json);
+// The object `georeference`; null where there is none.
+Json GeoreferenceJson(const std::optional<Georeference>& georeference);
+
+// That of an object: its key `georeference`, or world_offset_m in maps of earlier versions; nothing
+// where it has neither. Throws DataError.
+std::optional<Georeference> ParseGeoreference(const std::string& place, const Json& json);
+
+// The same place of the frame that T brings the map to.
+std::optional<Georeference> MoveGeoreference(const std::optional<Georeference>& georeference,
+                                             const RigidTransform& T_moved_map);
 
 // Throws DataError, naming the path, where it is known from when to when each run has poses and the
 // map has one besides.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/yaml.h"
@@ -192,6 +193,30 @@ void Dim(const std::vector<Dimming>& dimmings, Scene* scene) {
 }
 
 // The scene's own before that of what it is based on, which is the first file.
+// The section `georeference`: a system by its name, which says the scale at the place too, where
+// the world's origin is in it, and how the world is turned.
+std::optional<Georeference> ReadGeoreference(YamlSection section) {
+  Georeference place;
+  std::vector<double> origin_m;
+  double turn_deg = 0;
+  section.Read("crs", &place.crs);
+  section.Read("origin_m", &origin_m);
+  section.Read("turn_deg", &turn_deg);
+  section.Finish();
+  if (origin_m.empty()) return std::nullopt;
+  if (origin_m.size() != 3) throw ConfigError(section.place() + ".origin_m: expected 3 numbers");
+  place.origin_m = Eigen::Vector3d(origin_m[0], origin_m[1], origin_m[2]);
+  place.turn_rad = turn_deg * kDegree;
+  if (place.crs.empty()) return place;
+  const auto on_earth = CoordinateSystem(place.crs).At(place.origin_m);
+  if (!on_earth) {
+    throw ConfigError(section.place() + ".origin_m: expected a place that " + place.crs +
+                      " is for");
+  }
+  place.scale = on_earth->scale;
+  return place;
+}
+
 std::string ReadName(const std::string& path, std::vector<YamlSection>* files) {
   std::string name = std::filesystem::path(path).stem();
   for (YamlSection& file : *files) file.Read("name", &name);
@@ -210,11 +235,13 @@ Scene ReadScene(const std::string& path, const Progress& progress,
   std::vector<Dimming> dimmings;
   const std::string name = ReadName(path, &files);
   double ambient = 0.05;
+  std::optional<Georeference> georeference;
   for (YamlSection& file : files) {
     file.Read("ambient", &ambient);
     file.Section("trajectory");
     file.Section("camera");
     file.Section("inexact");
+    if (const auto place = ReadGeoreference(file.Section("georeference"))) georeference = place;
     BuildPlan(file.Section("plan"), materials, &builder);
     for (const YamlSection& object : file.List("objects")) {
       ReadObject(object, materials, static_cast<int>(world_wings.size()), &builder);
@@ -227,6 +254,7 @@ Scene ReadScene(const std::string& path, const Progress& progress,
   if (scene.quads.empty()) throw ConfigError(path + ": objects: expected at least one");
   scene.name = name;
   scene.ambient = static_cast<float>(ambient);
+  scene.georeference = georeference;
   Dim(dimmings, &scene);
   if (deviations.amount > 0) MakeInexact(deviations, &scene);
   return scene;

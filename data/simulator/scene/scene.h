@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "data/core/georeference.h"
 #include "data/core/progress.h"
 #include "data/io/yaml.h"
 #include "data/simulator/scene/camera_response.h"
@@ -39,20 +40,28 @@ enum class TextureKind {
   kTimber,
   kCeilingGrid,
   kPoster,
+  kTag,
   kLamp
 };
+
+// Over its quad, instead of running on from quad to quad.
+inline bool IsStretched(TextureKind kind) {
+  return kind == TextureKind::kPoster || kind == TextureKind::kTag;
+}
 
 struct SurfaceMaterial {
   TextureKind texture = TextureKind::kPlaster;
   float albedo = 0.5f;    // mean reflectance, 0 to 1
   float contrast = 1.0f;  // scale of the texture's deviations from the mean; 0 is uniform
-  uint32_t seed = 1;      // of the pattern; posters of different seeds show different things
-  float scale = 1.0f;     // of the pattern's size
+  // Of the pattern; posters of different seeds show different things, and that of a tag says which
+  // it is.
+  uint32_t seed = 1;
+  float scale = 1.0f;  // of the pattern's size
 };
 
 // A plane quadrilateral a, a + u, a + u + v, a + v in world coordinates (metres). Texture
-// coordinates are metres along u and v from a (a poster is stretched over its quad instead). Curved
-// things are made of many. Front is where u x v points; both sides are seen.
+// coordinates are metres along u and v from a (a poster or tag is stretched over its quad instead).
+// Curved things are made of many. Front is where u x v points; both sides are seen.
 struct SceneQuad {
   Eigen::Vector3f a, u, v;
   uint32_t material = 0;  // index into Scene::materials
@@ -83,6 +92,15 @@ struct SceneBody {
 struct SceneLamp {
   Eigen::Vector3f a, u, v;
   float radiance = 10;
+};
+
+// The seed of a tag's texture is its family's number in OpenCV times this, and its own.
+inline constexpr uint32_t kTagsOfFamily = 10000;
+
+// An AprilTag or ArUco tag on a wall: a control point.
+struct SceneTag {
+  std::string name;   // "tag36h11:5"
+  uint32_t quad = 0;  // index into Scene::quads; the tag is in its middle
 };
 
 // A pane of clear glass: one sees through it, and it mirrors. Light passes it where it is baked,
@@ -162,12 +180,14 @@ struct Scene {
   std::vector<SceneQuad> quads;
   std::vector<SceneBody> bodies;
   std::vector<SceneLamp> lamps;
+  std::vector<SceneTag> tags;
   std::vector<ScenePane> panes;
   std::vector<TrueEdge> edges;
   std::vector<ScenePipe> pipes;
   std::vector<SceneWallFace> wall_faces;
-  float ambient = 0.1f;              // light that reaches everything, as radiance
-  std::vector<double> wing_yaw_rad;  // heading of each wing's first axis in world
+  float ambient = 0.1f;                      // light that reaches everything, as radiance
+  std::optional<Georeference> georeference;  // where on Earth it stands
+  std::vector<double> wing_yaw_rad;          // heading of each wing's first axis in world
 
   // Of an inexact building: quads and lamps are those of the exact one, whose light it has; patches
   // and edges are where they are seen. None of an exact one: its quads are seen as they are.

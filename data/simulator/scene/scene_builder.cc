@@ -231,6 +231,13 @@ void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d&
   scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
 }
 
+void SceneBuilder::AddTag(const std::string& name, const Vector3d& a, const Vector3d& u,
+                          const Vector3d& v, uint32_t material) {
+  scene_.tags.push_back({name, static_cast<uint32_t>(scene_.quads.size())});
+  AddQuad(a, u, v, material);
+  AddBorder(a, u, v);
+}
+
 void SceneBuilder::AddPane(const Vector3d& a, const Vector3d& u, const Vector3d& v) {
   const Eigen::Matrix3d rotation = world_object_.linear();
   scene_.panes.push_back({(world_object_ * a).cast<float>(), (rotation * u).cast<float>(),

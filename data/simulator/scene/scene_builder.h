@@ -53,6 +53,9 @@ class SceneBuilder {
   void AddLamp(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                float radiance, uint32_t material);
 
+  // A quad with the tag in its middle, and its border.
+  void AddTag(const std::string& name, const Eigen::Vector3d& a, const Eigen::Vector3d& u,
+              const Eigen::Vector3d& v, uint32_t material);
   // Of clear glass.
   void AddPane(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v);
 

@@ -50,6 +50,10 @@ class ObjectKeys {
     if (value < least || value > 10000) Fail(key, std::to_string(least) + " to 10000");
     return value;
   }
+  std::string Text(const std::string& key, std::string text) {
+    section_.Read(key, &text);
+    return text;
+  }
   bool Flag(const std::string& key, bool value) {
     section_.Read(key, &value);
     return value;
@@ -211,6 +215,12 @@ BuildOne Poster(ObjectKeys& keys) {
   return [=](uint32_t seed, SceneBuilder* builder) { AddPoster(size, seed, builder); };
 }
 
+BuildOne Tag(ObjectKeys& keys) {
+  const std::string name = keys.Text("name", "tag36h11:0");
+  const double size = keys.Length("size", 0.2);
+  return [=](uint32_t, SceneBuilder* builder) { AddTag(name, size, builder); };
+}
+
 BuildOne Board(ObjectKeys& keys) {
   const Vector2d size = keys.Size<2>({1.2, 0.9});
   const uint32_t face = keys.Material("material", "cork"), frame = keys.Material("frame", "metal");
@@ -367,30 +377,20 @@ WallSpec ReadWall(ObjectKeys& keys) {
 }
 
 const std::map<std::string, Kind>& Kinds() {
-  static const std::map<std::string, Kind> kinds = {{"box", Box},
-                                                    {"slab", Slab},
-                                                    {"crate", Crate},
-                                                    {"pallet", Pallet},
-                                                    {"table", Table},
-                                                    {"chair", Chair},
-                                                    {"monitor", Monitor},
-                                                    {"machine", Machine},
-                                                    {"drum", Drum},
-                                                    {"ladder", Ladder},
-                                                    {"clutter", Clutter},
-                                                    {"poster", Poster},
-                                                    {"board", Board},
-                                                    {"cabinet", Cabinet},
-                                                    {"shelf", Shelf},
-                                                    {"radiator", Radiator},
-                                                    {"extinguisher", Extinguisher},
-                                                    {"pipe", Pipe},
-                                                    {"half_round", HalfRound},
-                                                    {"cable", Cable},
-                                                    {"beam", Beam},
-                                                    {"railing", Railing},
-                                                    {"stairs", Stairs},
-                                                    {"lamp", Lamp}};
+  static const std::map<std::string, Kind> kinds = {
+      {"box", Box},           {"slab", Slab},
+      {"crate", Crate},       {"pallet", Pallet},
+      {"table", Table},       {"chair", Chair},
+      {"monitor", Monitor},   {"machine", Machine},
+      {"drum", Drum},         {"ladder", Ladder},
+      {"clutter", Clutter},   {"poster", Poster},
+      {"tag", Tag},           {"board", Board},
+      {"cabinet", Cabinet},   {"shelf", Shelf},
+      {"radiator", Radiator}, {"extinguisher", Extinguisher},
+      {"pipe", Pipe},         {"half_round", HalfRound},
+      {"cable", Cable},       {"beam", Beam},
+      {"railing", Railing},   {"stairs", Stairs},
+      {"lamp", Lamp}};
   return kinds;
 }
 

@@ -1,7 +1,13 @@
 #include "data/simulator/scene/scene_objects.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
+#include <opencv2/aruco.hpp>
+
+#include "data/core/error.h"
+#include "data/core/tag_name.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -158,6 +164,23 @@ void AddPoster(const Vector2d& size, uint32_t seed, SceneBuilder* builder) {
   const Vector3d a(-0.5 * size.x(), -0.006, 0), u(size.x(), 0, 0), v(0, 0, size.y());
   builder->AddQuad(a, u, v, material);
   builder->AddBorder(a, u, v);
+}
+
+void AddTag(const std::string& name, double size, SceneBuilder* builder) {
+  const auto tag = ParseTagName(name);
+  cv::Ptr<cv::aruco::Dictionary> dictionary;
+  if (tag && tag->dictionary >= 0) dictionary = cv::aruco::getPredefinedDictionary(tag->dictionary);
+  if (!dictionary || tag->id >= dictionary->bytesList.rows) {
+    throw ConfigError(
+        fmt::format("name: found '{}', expected a tag such as tag36h11:5; families: {}", name,
+                    fmt::join(TagFamilies(), ", ")));
+  }
+  const double cells = dictionary->markerSize + 2;  // with the black border
+  const double side = size * (cells + 2) / cells;   // with the white one
+  const Vector3d a(-0.5 * side, -0.006, -0.5 * side), u(side, 0, 0), v(0, 0, side);
+  const uint32_t seed =
+      static_cast<uint32_t>(tag->dictionary) * kTagsOfFamily + static_cast<uint32_t>(tag->id);
+  builder->AddTag(name, a, u, v, builder->AddMaterial({TextureKind::kTag, 0.55f, 1.0f, seed}));
 }
 
 void AddBoard(const Vector2d& size, uint32_t face, uint32_t frame, uint32_t seed,

@@ -1,6 +1,7 @@
 // What stands, hangs and lies in a simulated building.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "data/simulator/scene/scene_builder.h"
@@ -29,6 +30,8 @@ void AddClutter(const Eigen::Vector2d& size, double max_side, int count, bool ti
 
 // At a wall.
 void AddPoster(const Eigen::Vector2d& size, uint32_t seed, SceneBuilder* builder);
+// An AprilTag or ArUco tag whose middle is the origin; `size` is the side of its black square.
+void AddTag(const std::string& name, double size, SceneBuilder* builder);
 // With a frame and some sheets.
 void AddBoard(const Eigen::Vector2d& size, uint32_t face, uint32_t frame, uint32_t seed,
               SceneBuilder* builder);

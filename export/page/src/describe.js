@@ -25,6 +25,11 @@ export class Describer {
   }
 
   describe(pick) {
+    const { title, rows } = this.ofKind(pick);
+    return { title, rows: [...rows, ...this.inGrid(pick.end ?? pick.point)] };
+  }
+
+  ofKind(pick) {
     return {
       line: () => this.line(pick),
       landmark: () => this.landmark(pick),
@@ -32,6 +37,23 @@ export class Describer {
       plane: () => this.plane(pick),
       picture: () => this.picture(pick),
     }[pick.type]();
+  }
+
+  // Where a point is in the grid that the map lies in.
+  inGrid(point) {
+    const place = this.document.georeference;
+    if (!place || !point) return [];
+    const [x, y, z] = this.toWorld(point);
+    const [east, north, height] = place.origin_m;
+    const along = place.scale * Math.cos(place.turn_rad);
+    const across = place.scale * Math.sin(place.turn_rad);
+    const found = [east + along * x - across * y, north + across * x + along * y, height + z];
+    const name = place.crs || 'Its grid';
+    return [[`${name} (E, N, height)`, `${found.map((value) => value.toFixed(3)).join(', ')} m`]];
+  }
+
+  toWorld(point) {
+    return point.toArray().map((value, axis) => value + this.document.origin[axis]);
   }
 
   line({ index, end }) {
@@ -100,10 +122,9 @@ export class Describer {
   }
 
   place(point) {
-    const world = point.toArray().map((value, axis) => value + this.document.origin[axis]);
     return [
       ...this.heights([point.z]),
-      ['In the map (x, y, z)', `${world.map((value) => value.toFixed(3)).join(', ')} m`],
+      ['In the map (x, y, z)', `${this.toWorld(point).map((value) => value.toFixed(3)).join(', ')} m`],
     ];
   }
 

@@ -88,12 +88,14 @@ export class Panel {
     );
   }
 
-  // Of a map of poses far away: what is added to its coordinates for theirs.
+  // Of a map that lies in a grid: where its origin is there.
   place() {
-    const offset_m = this.app.map.document.world_offset_m;
-    if (offset_m.every((value) => value === 0)) return [];
-    const text = `Coordinates of the poses: + ${offset_m.map(Math.round).join(', ')} m`;
-    return [element('p', { class: 'figures', title: 'world_offset_m' }, text)];
+    const place = this.app.map.document.georeference;
+    if (!place) return [];
+    const [east, north, height] = place.origin_m.map((value) => value.toFixed(2));
+    const turn = place.turn_rad === 0 ? '' : `, turned by ${formatAngle(place.turn_rad)}`;
+    const text = `Origin in ${place.crs || 'its grid'}: ${east}, ${north}, ${height} m${turn}`;
+    return [element('p', { class: 'figures', title: 'georeference' }, text)];
   }
 
   figures() {

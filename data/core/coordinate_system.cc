@@ -1,0 +1,135 @@
+#include "data/core/coordinate_system.h"
+
+#include <proj.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "data/core/error.h"
+#include "data/core/math.h"
+
+namespace slcmap::inline data {
+namespace {
+
+constexpr double kEarthRadius_m = 6371000;
+constexpr double kBesideArea_deg = 3;  // systems are used a little beyond their area, too
+
+struct Destroy {
+  void operator()(PJ* object) const { proj_destroy(object); }
+};
+using Object = std::unique_ptr<PJ, Destroy>;
+
+}  // namespace
+
+struct CoordinateSystem::Handles {
+  Handles() : context(proj_context_create()) { proj_log_level(context, PJ_LOG_NONE); }
+  ~Handles() {
+    to_degrees.reset();
+    system.reset();
+    proj_context_destroy(context);
+  }
+  Handles(const Handles&) = delete;
+  Handles& operator=(const Handles&) = delete;
+
+  // Of easting and northing: longitude and latitude.
+  std::optional<Eigen::Vector2d> ToDegrees(const Eigen::Vector2d& p_m) const {
+    const PJ_COORD at = proj_trans(to_degrees.get(), PJ_FWD, proj_coord(p_m.x(), p_m.y(), 0, 0));
+    if (!std::isfinite(at.xy.x) || !std::isfinite(at.xy.y)) return std::nullopt;
+    return Eigen::Vector2d(at.xy.x, at.xy.y);
+  }
+
+  Eigen::Vector2d FromDegrees(double longitude_deg, double latitude_deg) const {
+    const PJ_COORD at =
+        proj_trans(to_degrees.get(), PJ_INV, proj_coord(longitude_deg, latitude_deg, 0, 0));
+    return {at.xy.x, at.xy.y};
+  }
+
+  bool IsFor(const Eigen::Vector2d& longitude_latitude) const {
+    double west = 0, south = 0, east = 0, north = 0;
+    if (!proj_get_area_of_use(context, system.get(), &west, &south, &east, &north, nullptr)) {
+      return true;  // nobody says
+    }
+    const double x = longitude_latitude.x(), y = longitude_latitude.y();
+    const bool is_between = west > east || (x >= west - kBesideArea_deg &&
+                                            x <= east + kBesideArea_deg);  // or over 180 degrees
+    return is_between && y >= south - kBesideArea_deg && y <= north + kBesideArea_deg;
+  }
+
+  PJ_CONTEXT* context;
+  Object system, to_degrees;
+};
+
+CoordinateSystem::CoordinateSystem(const std::string& name,
+                                   const std::optional<Eigen::Vector2d>& latitude_longitude_deg)
+    : name_(name), handles_(std::make_unique<Handles>()) {
+  PJ_CONTEXT* context = handles_->context;
+  handles_->system.reset(proj_create(context, name.c_str()));
+  if (!handles_->system || !proj_is_crs(handles_->system.get())) {
+    throw ConfigError(fmt::format(
+        "crs: found '{}', which PROJ does not know, expected such as EPSG:25832", name));
+  }
+  if (proj_get_type(handles_->system.get()) == PJ_TYPE_COMPOUND_CRS) {
+    handles_->system.reset(proj_crs_get_sub_crs(context, handles_->system.get(), 0));
+  }
+  title_ = proj_get_name(handles_->system.get());
+  RequireMetres(latitude_longitude_deg);
+  const Object degrees(proj_crs_get_geodetic_crs(context, handles_->system.get()));
+  const Object as_defined(proj_create_crs_to_crs_from_pj(context, handles_->system.get(),
+                                                         degrees.get(), nullptr, nullptr));
+  handles_->to_degrees.reset(proj_normalize_for_visualization(context, as_defined.get()));
+  if (!handles_->to_degrees) {
+    throw ConfigError(fmt::format("crs: found {}, which PROJ cannot compute with", name));
+  }
+}
+
+CoordinateSystem::~CoordinateSystem() = default;
+
+void CoordinateSystem::RequireMetres(
+    const std::optional<Eigen::Vector2d>& latitude_longitude_deg) const {
+  const Eigen::Vector2d place = latitude_longitude_deg.value_or(Eigen::Vector2d(51, 9));
+  const std::string remedy = fmt::format(
+      "give coordinates in one of them, {} {}, as cs2cs of PROJ computes them",
+      latitude_longitude_deg ? "at that place" : "such as", UtmSystemAt(place.x(), place.y()));
+  if (proj_get_type(handles_->system.get()) != PJ_TYPE_PROJECTED_CRS) {
+    throw ConfigError(fmt::format(
+        "crs: found {} ({}), which has degrees or another unit, expected one with eastings and "
+        "northings in metres: {}",
+        name_, title_, remedy));
+  }
+  const Object axes(proj_crs_get_coordinate_system(handles_->context, handles_->system.get()));
+  double metres = 1;
+  const char* unit = "";
+  proj_cs_get_axis_info(handles_->context, axes.get(), 0, nullptr, nullptr, nullptr, &metres, &unit,
+                        nullptr, nullptr);
+  if (metres == 1) return;
+  throw ConfigError(fmt::format("crs: found {} ({}) in the unit {}, expected one in metres: {}",
+                                name_, title_, unit, remedy));
+}
+
+std::optional<PlaceOnEarth> CoordinateSystem::At(const Eigen::Vector3d& p_m) const {
+  constexpr double kStep_deg = 1e-4;  // some 10 m to the north
+  const auto at = handles_->ToDegrees(p_m.head<2>());
+  if (!at || !handles_->IsFor(*at)) return std::nullopt;
+  PlaceOnEarth place{at->y(), at->x()};
+  const PJ_FACTORS factors =
+      proj_factors(handles_->system.get(),
+                   proj_coord(place.longitude_deg * kDegree, place.latitude_deg * kDegree, 0, 0));
+  const double projected = std::sqrt(factors.areal_scale);
+  if (!(projected > 0)) return std::nullopt;
+  place.scale = projected * kEarthRadius_m / (kEarthRadius_m + p_m.z());
+  const Eigen::Vector2d north =
+      handles_->FromDegrees(place.longitude_deg, place.latitude_deg + kStep_deg) -
+      handles_->FromDegrees(place.longitude_deg, place.latitude_deg - kStep_deg);
+  place.true_north_rad = std::atan2(-north.x(), north.y());
+  return place;
+}
+
+std::string UtmSystemAt(double latitude_deg, double longitude_deg) {
+  const int zone = std::clamp(static_cast<int>(std::floor((longitude_deg + 180) / 6)) + 1, 1, 60);
+  const bool is_european = latitude_deg > 34 && zone >= 28 && zone <= 38;
+  if (is_european) return fmt::format("EPSG:258{:02d}", zone);
+  return fmt::format("EPSG:32{}{:02d}", latitude_deg < 0 ? 7 : 6, zone);
+}
+
+}  // namespace slcmap::data

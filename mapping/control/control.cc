@@ -1,0 +1,283 @@
+#include "mapping/control/control.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "data/core/coordinate_system.h"
+#include "data/core/error.h"
+#include "mapping/control/control_placement.h"
+#include "mapping/control/tag_finder.h"
+#include "mapping/control/triangulation.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap::inline mapping {
+namespace {
+
+using Eigen::Vector3d;
+using PlacedPoints = std::map<std::string, PlacedPoint>;
+
+constexpr double kMapSigma_m = 0.003;  // how a map of a building is bent, beside what images say
+constexpr size_t kLeastTied = 3;
+
+Vector3d MeanPoint(const Control& control) {
+  Vector3d sum = Vector3d::Zero();
+  for (const ControlPoint& point : control.points) sum += point.p_m;
+  return sum / static_cast<double>(control.points.size());
+}
+
+double SigmaInMap(const PlacedPoint& point) { return std::hypot(point.sigma_m, kMapSigma_m); }
+
+// Those points that the images place.
+std::vector<ControlMatch> MatchPoints(const Control& control, const PlacedPoints& placed) {
+  std::vector<ControlMatch> matches;
+  for (const ControlPoint& point : control.points) {
+    const auto found = placed.find(point.name);
+    if (found == placed.end()) continue;
+    const Vector3d of_map = Vector3d::Constant(SigmaInMap(found->second));
+    matches.push_back({point.name, found->second.p_world, point.p_m,
+                       (point.sigma_m.cwiseAbs2() + of_map.cwiseAbs2()).cwiseSqrt()});
+  }
+  return matches;
+}
+
+void RequireSeen(const Control& control, const std::vector<ControlMatch>& matches) {
+  if (matches.size() >= 2) return;
+  std::set<std::string> seen;
+  for (const Sighting& sighting : control.sightings) seen.insert(sighting.name);
+  throw DataError(fmt::format(
+      "{}: found {} of {} control points placed by two images or more (seen at all: {}), expected "
+      "two at least: walk by them nearer and slower, or mark them in images with --marks; are "
+      "names "
+      "those of the tags, such as tag36h11:5?",
+      control.path, matches.size(), control.points.size(),
+      seen.empty() ? "none" : fmt::format("{}", fmt::join(seen, ", "))));
+}
+
+void RequireImagesOfMarks(const Control& control,
+                          const std::unordered_map<int64_t, RigidTransform>& poses) {
+  for (const Sighting& sighting : control.sightings) {
+    if (poses.contains(sighting.stamp_ns)) continue;
+    throw DataError(fmt::format(
+        "marks: point '{}': found the stamp {}, at which the map has no image, expected one of its "
+        "trajectory",
+        sighting.name, sighting.stamp_ns));
+  }
+}
+
+std::vector<ControlResidual> MakeResiduals(const Control& control, const PlacedPoints& placed,
+                                           const std::vector<ControlMatch>& matches,
+                                           const ControlPlacement& placement) {
+  std::vector<ControlResidual> residuals;
+  size_t match = 0;
+  for (const ControlPoint& point : control.points) {
+    ControlResidual& residual = residuals.emplace_back();
+    residual.name = point.name;
+    residual.given_m = point.p_m;
+    residual.sigma_m = point.sigma_m;
+    const auto found = placed.find(point.name);
+    if (found == placed.end()) continue;
+    residual.views = found->second.views;
+    residual.status = placement.fits[match] ? ControlStatus::kUsed : ControlStatus::kOutlier;
+    residual.off_m = placement.place * found->second.p_world - point.p_m;
+    residual.over_sigma =
+        residual.off_m.cwiseQuotient(matches[match].sigma_m).cwiseAbs().maxCoeff();
+    ++match;
+  }
+  return residuals;
+}
+
+double ComputeRms(const std::vector<ControlResidual>& residuals) {
+  double sum = 0, count = 0;
+  for (const ControlResidual& residual : residuals) {
+    if (residual.status != ControlStatus::kUsed) continue;
+    sum += residual.off_m.squaredNorm();
+    ++count;
+  }
+  return std::sqrt(sum / std::max(1.0, count));
+}
+
+std::vector<DistanceResidual> MeasureDistances(const Control& control, const PlacedPoints& placed) {
+  std::vector<DistanceResidual> distances;
+  for (const KnownDistance& known : control.distances) {
+    for (const std::string& name : {known.from, known.to}) {
+      if (placed.contains(name)) continue;
+      throw DataError(fmt::format(
+          "--distance: point '{}': found no place of it in the map, expected two images or more "
+          "that show it: is it the name of a tag, or of marks?",
+          name));
+    }
+    const PlacedPoint &from = placed.at(known.from), &to = placed.at(known.to);
+    distances.push_back({known.from, known.to, known.metres, (to.p_world - from.p_world).norm(),
+                         std::hypot(SigmaInMap(from), SigmaInMap(to))});
+  }
+  return distances;
+}
+
+}  // namespace
+
+std::vector<ControlRecording> ListControlRecordings(const MapResult& map,
+                                                    const std::string& moved_to) {
+  std::vector<ControlRecording> recordings;
+  if (map.source.merged.empty()) {
+    recordings.push_back({moved_to.empty() ? map.source.sequence : moved_to, map.source.opened});
+  } else if (!moved_to.empty()) {
+    throw ConfigError(
+        "--sequence: found a map that was merged of several recordings, expected one of a single "
+        "one");
+  }
+  for (const MergedRun& run : map.source.merged) {
+    recordings.push_back({run.sequence, run.opened, run.stamps_moved_ns});
+  }
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    for (const StampedPose& pose : map.keyframes) {
+      const auto& span = map.source.merged.empty() ? std::nullopt : map.source.merged[i].poses_ns;
+      if (span && (pose.stamp_ns < span->from_ns || pose.stamp_ns > span->to_ns)) continue;
+      recordings[i].stamps_ns.push_back(pose.stamp_ns);
+    }
+  }
+  return recordings;
+}
+
+ControlRecording ControlRecordingOfRun(const OdometryRun& run, const std::string& moved_to) {
+  if (!run.source) {
+    throw DataError("run: found nothing about where its images are, expected a run of a recording");
+  }
+  ControlRecording recording{moved_to.empty() ? run.source->sequence : moved_to,
+                             run.source->opened};
+  for (const Keyframe& keyframe : run.keyframes) recording.stamps_ns.push_back(keyframe.stamp_ns);
+  return recording;
+}
+
+Rig AddTags(const ControlRecording& recording, const Progress& progress, Control* control) {
+  std::error_code error;
+  if (recording.path.empty() || !std::filesystem::exists(recording.path, error)) {
+    throw DataError(fmt::format(
+        "control points: found no recording {}, expected the one that the map was made of "
+        "(--sequence names where it moved to)",
+        recording.path.empty() ? "named by the map" : recording.path));
+  }
+  SequenceOptions opened = recording.opened;
+  opened.needs_imu = false;
+  const std::unique_ptr<SequenceSource> source = OpenAgain(recording.path, opened, "");
+  const std::vector<Sighting> tags = FindTags(
+      *source, recording.stamps_ns, recording.stamps_moved_ns, ListNames(*control), progress);
+  control->sightings.insert(control->sightings.end(), tags.begin(), tags.end());
+  return source->info().rig;
+}
+
+double FindGridScale(const Control& control) {
+  if (control.crs.empty() || control.points.empty()) return 1;
+  const Vector3d p_m = MeanPoint(control);
+  const CoordinateSystem system(control.crs, Eigen::Vector2d(p_m.y(), p_m.x()));
+  if (const auto place = system.At(p_m)) return place->scale;
+  const bool is_swapped = system.At({p_m.y(), p_m.x(), p_m.z()}).has_value();
+  throw DataError(
+      fmt::format("{}: point '{}': found easting {:.1f} and northing {:.1f}, which {} ({}) is not "
+                  "for, expected "
+                  "a place in its area: {}",
+                  control.path, control.points.front().name, control.points.front().p_m.x(),
+                  control.points.front().p_m.y(), control.crs, system.title(),
+                  is_swapped ? "swap the columns, with which they are"
+                             : "name the system that they are in with --crs"));
+}
+
+void PlaceOnControl(const Control& control, const Rig& raw, MapResult* map) {
+  const auto poses = PosesByStamp(*map);
+  RequireImagesOfMarks(control, poses);
+  const PlacedPoints placed = Triangulate(control.sightings, {raw, map->rectified_rig}, poses);
+  ControlFit fit;
+  fit.distances = MeasureDistances(control, placed);
+  if (!control.points.empty()) {
+    const double scale = FindGridScale(control);
+    const std::vector<ControlMatch> matches = MatchPoints(control, placed);
+    RequireSeen(control, matches);
+    ControlPlacement placement = PlaceOnPoints(control.path, matches, scale);
+    placement.place.crs = control.crs;
+    fit.points = MakeResiduals(control, placed, matches, placement);
+    fit.rms_m = ComputeRms(fit.points);
+    fit.map_scale = placement.map_scale;
+    fit.map_scale_sigma = placement.map_scale_sigma;
+    map->source.georeference = placement.place;
+  }
+  map->control = std::move(fit);
+}
+
+namespace {
+
+// Where a keyframe's images show a point, on the planes z = 1.
+using SightsByStamp = std::map<int64_t, std::array<std::optional<Eigen::Vector2d>, 2>>;
+
+SightsByStamp CollectSights(const Control& control, const std::string& name,
+                            const SightingCameras& cameras) {
+  SightsByStamp sights;
+  for (const Sighting& sighting : control.sightings) {
+    if (sighting.name != name) continue;
+    sights[sighting.stamp_ns][static_cast<size_t>(sighting.camera)] = cameras.OnPlane(sighting);
+  }
+  return sights;
+}
+
+void AddLandmark(int64_t id, const Vector3d& p_world, const SightsByStamp& sights,
+                 OdometryRun* run) {
+  Landmark landmark{.id = id, .p_world = p_world, .sigma_m = kMapSigma_m};
+  const Rig& rig = run->rectified_rig;
+  for (Keyframe& keyframe : run->keyframes) {
+    const auto seen = sights.find(keyframe.stamp_ns);
+    if (seen == sights.end() || !seen->second[0]) continue;
+    KeyframeObservation observation{id, PixelFromPlane(rig.cameras[0], *seen->second[0]), {}};
+    if (seen->second[1]) {
+      observation.right_px = PixelFromPlane(rig.cameras[1], *seen->second[1]);
+    }
+    keyframe.observations.push_back(observation);
+    ++landmark.observations;
+  }
+  run->landmarks.push_back(landmark);
+}
+
+// In the run's world, where the placement has what was given.
+ControlTie MakeTie(int64_t id, const ControlPoint& point, const Georeference& place) {
+  Vector3d p = point.p_m - place.origin_m;
+  p.head<2>() /= place.scale;
+  const double across_m = point.sigma_m.head<2>().maxCoeff();
+  return {id,
+          Eigen::AngleAxisd(-place.turn_rad, Vector3d::UnitZ()) * p,
+          {across_m, across_m, point.sigma_m.z()}};
+}
+
+}  // namespace
+
+std::vector<ControlTie> TieToControl(const Control& control, OdometryRun* run) {
+  if (!run->source || control.points.size() < kLeastTied) return {};
+  std::unordered_map<int64_t, RigidTransform> poses;
+  for (const Keyframe& keyframe : run->keyframes) {
+    poses.emplace(keyframe.stamp_ns, keyframe.T_world_imu);
+  }
+  const SightingCameras cameras{run->source->raw_rig, run->rectified_rig};
+  const PlacedPoints placed = Triangulate(control.sightings, cameras, poses);
+  const std::vector<ControlMatch> matches = MatchPoints(control, placed);
+  if (matches.size() < kLeastTied) return {};
+  std::vector<ControlTie> ties;
+  try {
+    const ControlPlacement placement = PlaceOnPoints(control.path, matches, FindGridScale(control));
+    if (static_cast<size_t>(std::ranges::count(placement.fits, true)) < kLeastTied) return {};
+    int64_t id = 0;
+    for (const Landmark& landmark : run->landmarks) id = std::max(id, landmark.id);
+    for (size_t i = 0; i < matches.size(); ++i) {
+      if (!placement.fits[i]) continue;
+      const auto point = std::ranges::find(control.points, matches[i].name, &ControlPoint::name);
+      AddLandmark(++id, matches[i].p_world, CollectSights(control, point->name, cameras), run);
+      ties.push_back(MakeTie(id, *point, placement.place));
+    }
+  } catch (const DataError& error) {
+    spdlog::debug("control points do not pull the poses: {}", error.what());
+  }
+  return ties;
+}
+
+}  // namespace slcmap::mapping
