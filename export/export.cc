@@ -104,6 +104,8 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<GridWriter>(options.grid));
   writers.push_back(std::make_unique<LasWriter>(options.las));
   writers.push_back(std::make_unique<E57Writer>());
+  writers.push_back(std::make_unique<GeoPackageWriter>());
+  writers.push_back(std::make_unique<GeoJsonWriter>());
   return writers;
 }
 

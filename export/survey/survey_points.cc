@@ -67,7 +67,7 @@ int EpsgCode(const std::string& crs) {
   int code = 0;
   const char* const end = crs.data() + crs.size();
   const auto [stop, error] = std::from_chars(crs.data() + kAuthority.size(), end, code);
-  return error == std::errc() && stop == end && code > 0 ? code : 0;
+  return error == std::errc() && (stop == end || *stop == '+') && code > 0 ? code : 0;
 }
 
 }  // namespace slcmap::exporting

@@ -44,7 +44,8 @@ Georeference PlaceOf(const MapSource& source);
 // The direction of a map's normal where it lies.
 Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& normal);
 
-// Of a CRS such as "EPSG:25832"; 0 of any other.
+// Of a CRS such as "EPSG:25832", or "EPSG:25832+7837" with a system of heights, that of the plane;
+// 0 of any other.
 int EpsgCode(const std::string& crs);
 
 }  // namespace slcmap::exporting

@@ -39,4 +39,25 @@ class E57Writer : public MapWriter {
                                  const Progress& progress) const override;
 };
 
+// Writes plan.gpkg, a GeoPackage with the layers of MakeFeatureLayers, for all storeys, in the CRS
+// of the map or an engineering one.
+class GeoPackageWriter : public MapWriter {
+ public:
+  std::string Format() const override { return "gpkg"; }
+  std::vector<std::string> Names() const override { return {"plan.gpkg"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+};
+
+// Writes plan/storey_N.geojson for each storey with the features of MakeFeatureLayers, each of
+// which says in `feature` what it is; of a map without storeys one, `plan/no_storey`. Coordinates
+// are metres: `crs` names their system or is null.
+class GeoJsonWriter : public MapWriter {
+ public:
+  std::string Format() const override { return "geojson"; }
+  std::vector<std::string> Names() const override { return {"plan"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+};
+
 }  // namespace slcmap::exporting
