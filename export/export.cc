@@ -16,6 +16,7 @@
 #include "export/scene/map_writer.h"
 #include "export/scene/scene.h"
 #include "export/sfm/text_models.h"
+#include "export/survey/survey_writers.h"
 #include "export/web/gltf_writer.h"
 #include "mapping/map/part_files.h"
 
@@ -101,6 +102,10 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
   writers.push_back(std::make_unique<LimapWriter>());
   writers.push_back(std::make_unique<GridWriter>(options.grid));
+  writers.push_back(std::make_unique<LasWriter>(options.las));
+  writers.push_back(std::make_unique<E57Writer>());
+  writers.push_back(std::make_unique<GeoPackageWriter>());
+  writers.push_back(std::make_unique<GeoJsonWriter>());
   return writers;
 }
 
@@ -197,6 +202,7 @@ void CheckFormats(const ExportOptions& options) {
   options.obj.Check();
   options.colmap.Check();
   options.grid.Check();
+  options.las.Check();
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;

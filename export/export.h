@@ -21,6 +21,7 @@ struct ExportOptions {
   ObjOptions obj;
   ColmapOptions colmap;
   GridOptions grid;
+  LasOptions las;
 };
 
 // The names of the formats there are.

@@ -140,6 +140,11 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
           "Grid: metres over a floor between which something is in the way (default: 0.2,1.8)")
       ->delimiter(',')
       ->type_name("LOW,HIGH");
+  command
+      .add_option("--las-version", options->las.version,
+                  "LAS: 1.2, which most programs read, or 1.4")
+      ->capture_default_str()
+      ->type_name("VERSION");
   command.add_flag("--ifc-line-solids", options->ifc.line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }

@@ -45,20 +45,6 @@ double MedianSigma(const Lines& lines) {
   return *middle;
 }
 
-const char* GetName(LineKind kind) {
-  switch (kind) {
-    case LineKind::kEdge:
-      return "edge";
-    case LineKind::kMark:
-      return "mark";
-    case LineKind::kPipe:
-      return "pipe";
-    case LineKind::kUnknown:
-      break;
-  }
-  return "unknown";
-}
-
 // A value a line, in the order of the curves.
 template <typename Value>
 IfcProperty MakeList(const char* name, const Lines& lines, Value value) {

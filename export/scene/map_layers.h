@@ -43,7 +43,7 @@ std::vector<std::vector<Eigen::Vector3d>> TrajectoryPieces(const Trajectory& tra
 // "S0" and so on.
 std::string StoreyPrefix(int64_t storey);
 
-// What axes of lines are called in files.
+// What axes and kinds of lines are called in files.
 
 inline const char* AxisName(LineAxis axis) {
   switch (axis) {
@@ -59,6 +59,20 @@ inline const char* AxisName(LineAxis axis) {
       break;
   }
   return "of no axis";
+}
+
+inline const char* GetName(LineKind kind) {
+  switch (kind) {
+    case LineKind::kEdge:
+      return "edge";
+    case LineKind::kMark:
+      return "mark";
+    case LineKind::kPipe:
+      return "pipe";
+    case LineKind::kUnknown:
+      break;
+  }
+  return "unknown";
 }
 
 }  // namespace slcmap::exporting

@@ -54,6 +54,11 @@ struct IfcOptions {
   void Check() const;             // throws ConfigError
 };
 
+struct LasOptions {
+  std::string version = "1.2";  // or "1.4", which clouds of more than 2^32 - 1 points always are
+  void Check() const;           // throws ConfigError
+};
+
 struct ObjOptions {
   std::string up = "z";  // or "y", as many programs of modelling and games have it
   void Check() const;    // throws ConfigError

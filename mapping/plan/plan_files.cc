@@ -89,11 +89,30 @@ void AddGeometry(const std::string& path, const Json& json, BuildingPlan* plan,
   }
 }
 
+// Of a plan that slcmap exported, which says what its features are: rooms and lines would show the
+// faces of walls a second time.
+void AddExported(const std::string& path, const Json& json, BuildingPlan* plan) {
+  for (const Json& feature : json.at("features")) {
+    const auto kind = feature.at("properties").at("feature").get<std::string>();
+    std::vector<PlanPoints> lines;
+    if (kind == "wall") AddGeometry(path, feature, plan, &lines);
+    if (kind != "opening") continue;
+    AddGeometry(path, feature, plan, &lines);
+    for (const PlanPoints& line : lines) {
+      if (line.size() == 2) plan->openings.push_back({line.front(), line.back()});
+    }
+  }
+}
+
 std::vector<BuildingPlan> ReadGeoJsonPlan(const std::string& path) {
   return ParseJsonFile(path, [&](const Json& json) {
     BuildingPlan plan;
     std::vector<PlanPoints> lines;
-    AddGeometry(path, json, &plan, &lines);
+    if (json.contains("slcmap")) {
+      AddExported(path, json, &plan);
+    } else {
+      AddGeometry(path, json, &plan, &lines);
+    }
     AddLines(lines, &plan);
     return std::vector<BuildingPlan>{plan};
   });

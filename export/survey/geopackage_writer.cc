@@ -1,0 +1,263 @@
+// GeoPackage 1.2: an SQLite database with tables of features.
+#include <spdlog/fmt/fmt.h>
+
+#include <string_view>
+
+#include "data/bag/sqlite.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "export/survey/storey_features.h"
+#include "export/survey/survey_points.h"
+#include "export/survey/survey_writers.h"
+
+namespace slcmap::inline exporting {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kLocalSrs = 100000;  // of a frame that has no number: beyond those of EPSG
+constexpr const char* kLocalCrs =
+    "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
+    "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
+
+// The tables that all GeoPackages have, and the systems that the standard wants in them.
+constexpr const char* kGeoPackageTables = R"(
+CREATE TABLE gpkg_spatial_ref_sys(srs_name TEXT NOT NULL,srs_id INTEGER NOT NULL PRIMARY KEY,
+  organization TEXT NOT NULL,organization_coordsys_id INTEGER NOT NULL,definition TEXT NOT NULL,
+  description TEXT);
+CREATE TABLE gpkg_contents(table_name TEXT NOT NULL PRIMARY KEY,data_type TEXT NOT NULL,
+  identifier TEXT UNIQUE,description TEXT DEFAULT '',last_change DATETIME NOT NULL,min_x DOUBLE,
+  min_y DOUBLE,max_x DOUBLE,max_y DOUBLE,srs_id INTEGER,
+  CONSTRAINT fk_gc_r_srs_id FOREIGN KEY(srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));
+CREATE TABLE gpkg_geometry_columns(table_name TEXT NOT NULL,column_name TEXT NOT NULL,
+  geometry_type_name TEXT NOT NULL,srs_id INTEGER NOT NULL,z TINYINT NOT NULL,m TINYINT NOT NULL,
+  CONSTRAINT pk_geom_cols PRIMARY KEY(table_name,column_name),
+  CONSTRAINT uk_gc_table_name UNIQUE(table_name),
+  CONSTRAINT fk_gc_tn FOREIGN KEY(table_name) REFERENCES gpkg_contents(table_name),
+  CONSTRAINT fk_gc_srs FOREIGN KEY(srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));
+INSERT INTO gpkg_spatial_ref_sys VALUES
+  ('Undefined cartesian SRS',-1,'NONE',-1,'undefined',NULL),
+  ('Undefined geographic SRS',0,'NONE',0,'undefined',NULL),
+  ('WGS 84',4326,'EPSG',4326,'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,'
+   ||'298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433],'
+   ||'AUTHORITY["EPSG","4326"]]',NULL);
+)";
+
+// Well-known binary, lowest byte first.
+class Wkb {
+ public:
+  enum Type : uint32_t { kLine = 2, kPolygon = 3, kMultiPolygon = 6, kLineInSpace = 1002 };
+
+  void Begin(Type type, std::size_t parts) {
+    AppendBytes(uint8_t{1}, &bytes_);
+    AppendBytes(static_cast<uint32_t>(type), &bytes_);
+    AddCount(parts);
+  }
+  void AddPoint(const Eigen::Ref<const Eigen::VectorXd>& p) {
+    for (const double value : p) AppendBytes(value, &bytes_);
+  }
+  void AddRing(const PlanPoints& ring) {
+    AddCount(ring.size() + 1);
+    for (const Vector2d& p : ring) AddPoint(p);
+    AddPoint(ring.front());
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  void AddCount(std::size_t count) { AppendBytes(static_cast<uint32_t>(count), &bytes_); }
+
+  std::string bytes_;
+};
+
+std::string MakeWkb(const StoreyFeature& feature, FeatureGeometry geometry) {
+  Wkb wkb;
+  if (geometry == FeatureGeometry::kAreas) {
+    wkb.Begin(Wkb::kMultiPolygon, feature.areas.size());
+    for (const Polygon& area : feature.areas) {
+      wkb.Begin(Wkb::kPolygon, 1 + area.holes.size());
+      wkb.AddRing(area.outline);
+      for (const PlanPoints& hole : area.holes) wkb.AddRing(hole);
+    }
+    return wkb.bytes();
+  }
+  const bool in_space = geometry == FeatureGeometry::kLineInSpace;
+  wkb.Begin(in_space ? Wkb::kLineInSpace : Wkb::kLine, feature.line.size());
+  for (const Vector3d& p : feature.line) wkb.AddPoint(p.head(in_space ? 3 : 2));
+  return wkb.bytes();
+}
+
+// A geometry as GeoPackage has it: with its extent before it.
+std::string MakeGeometry(const StoreyFeature& feature, FeatureGeometry geometry, int srs) {
+  constexpr uint8_t kVersion1 = 0, kLowestFirstWithExtent = 0b11;
+  const Eigen::AlignedBox2d extent = ExtentOf(feature);
+  std::string bytes = "GP";
+  AppendBytes(kVersion1, &bytes);
+  AppendBytes(kLowestFirstWithExtent, &bytes);
+  AppendBytes(srs, &bytes);
+  for (int axis = 0; axis < 2; ++axis) {
+    AppendBytes(extent.min()[axis], &bytes);
+    AppendBytes(extent.max()[axis], &bytes);
+  }
+  return bytes + MakeWkb(feature, geometry);
+}
+
+const char* SqlType(ColumnType type) {
+  switch (type) {
+    case ColumnType::kBoolean:
+      return "BOOLEAN";
+    case ColumnType::kInteger:
+      return "INTEGER";
+    case ColumnType::kReal:
+      return "DOUBLE";
+    case ColumnType::kText:
+      break;
+  }
+  return "TEXT";
+}
+
+const char* GeometryName(FeatureGeometry geometry) {
+  return geometry == FeatureGeometry::kAreas ? "MULTIPOLYGON" : "LINESTRING";
+}
+
+class GeoPackage {
+ public:
+  explicit GeoPackage(const std::string& path, const std::string& crs) : path_(path) {
+    sqlite3* db = nullptr;
+    const int status = sqlite3_open(path.c_str(), &db);
+    db_.reset(db);
+    Require(status);
+    // 'GPKG' and 1.2; a file that fails is thrown away, so no journal is needed.
+    Execute(
+        "PRAGMA application_id=1196444487;PRAGMA user_version=10200;PRAGMA journal_mode=OFF;"
+        "PRAGMA synchronous=OFF;BEGIN");
+    Execute(kGeoPackageTables);
+    AddCrs(crs);
+  }
+
+  void AddLayer(const FeatureLayer& layer) {
+    Execute(TableOf(layer));
+    Eigen::AlignedBox2d extent;
+    {
+      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertOf(layer));
+      for (const StoreyFeature& feature : layer.features) {
+        AddFeature(layer, feature, insert.get());
+        extent.extend(ExtentOf(feature));
+      }
+    }
+    Register(layer, extent);
+  }
+
+  void Close() {
+    Execute("COMMIT");
+    const int status = sqlite3_close(db_.release());
+    if (status != SQLITE_OK) Fail(sqlite3_errstr(status));
+  }
+
+ private:
+  [[noreturn]] void Fail(const char* what) const {
+    throw OutputError(fmt::format("{}: cannot be written: {}", path_, what));
+  }
+  void Require(int status) const {
+    if (status != SQLITE_OK) Fail(sqlite3_errmsg(db_.get()));
+  }
+  void Execute(const std::string& query) {
+    Require(sqlite3_exec(db_.get(), query.c_str(), nullptr, nullptr, nullptr));
+  }
+  SqliteHandle<sqlite3_stmt> Prepare(const std::string& query) {
+    sqlite3_stmt* statement = nullptr;
+    Require(sqlite3_prepare_v2(db_.get(), query.c_str(), -1, &statement, nullptr));
+    return SqliteHandle<sqlite3_stmt>(statement);
+  }
+
+  void AddCrs(const std::string& crs) {
+    const int epsg = EpsgCode(crs);
+    srs_ = epsg > 0 ? epsg : kLocalSrs;
+    // Readers look numbers of EPSG up themselves.
+    Execute(
+        fmt::format("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES('{}',{},'{}',{},'{}',NULL)",
+                    epsg > 0 ? fmt::format("EPSG:{}", epsg) : "building", srs_,
+                    epsg > 0 ? "EPSG" : "NONE", srs_, epsg > 0 ? "undefined" : kLocalCrs));
+  }
+
+  static std::string TableOf(const FeatureLayer& layer) {
+    std::string columns;
+    for (const auto& [name, type] : layer.columns) {
+      columns += fmt::format(",{} {}", name, SqlType(type));
+    }
+    return fmt::format(
+        "CREATE TABLE {}(fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,geom {},storey INTEGER{})",
+        layer.name, GeometryName(layer.geometry), columns);
+  }
+
+  static std::string InsertOf(const FeatureLayer& layer) {
+    std::string names, places;
+    for (const auto& column : layer.columns) {
+      names += fmt::format(",{}", column.name);
+      places += ",?";
+    }
+    return fmt::format("INSERT INTO {}(geom,storey{}) VALUES(?,?{})", layer.name, names, places);
+  }
+
+  void AddFeature(const FeatureLayer& layer, const StoreyFeature& feature, sqlite3_stmt* insert) {
+    const std::string geometry = MakeGeometry(feature, layer.geometry, srs_);
+    Require(sqlite3_bind_blob64(insert, 1, geometry.data(), geometry.size(), SQLITE_TRANSIENT));
+    Bind(feature.storey ? Attribute(*feature.storey) : Attribute(), 2, insert);
+    for (std::size_t i = 0; i < feature.attributes.size(); ++i) {
+      Bind(feature.attributes[i], static_cast<int>(i) + 3, insert);
+    }
+    sqlite3_step(insert);
+    Require(sqlite3_reset(insert));
+  }
+
+  void Bind(const Attribute& attribute, int at, sqlite3_stmt* insert) const {
+    int status = SQLITE_OK;
+    if (const auto* truth = std::get_if<bool>(&attribute)) {
+      status = sqlite3_bind_int(insert, at, *truth ? 1 : 0);
+    } else if (const auto* number = std::get_if<int64_t>(&attribute)) {
+      status = sqlite3_bind_int64(insert, at, *number);
+    } else if (const auto* real = std::get_if<double>(&attribute)) {
+      status = sqlite3_bind_double(insert, at, *real);
+    } else if (const auto* text = std::get_if<std::string>(&attribute)) {
+      status = sqlite3_bind_text(insert, at, text->c_str(), -1, SQLITE_TRANSIENT);
+    } else {
+      status = sqlite3_bind_null(insert, at);
+    }
+    Require(status);
+  }
+
+  // Readers find a layer by these two.
+  void Register(const FeatureLayer& layer, const Eigen::AlignedBox2d& extent) {
+    const auto number = [&](double value) {
+      return extent.isEmpty() ? std::string("NULL") : fmt::format("{}", value);
+    };
+    // No stamp of now: the same map gives the same bytes.
+    Execute(fmt::format(
+        "INSERT INTO gpkg_contents VALUES('{0}','features','{0}','','1970-01-01T00:00:00.000Z',"
+        "{1},{2},{3},{4},{5})",
+        layer.name, number(extent.min().x()), number(extent.min().y()), number(extent.max().x()),
+        number(extent.max().y()), srs_));
+    Execute(fmt::format("INSERT INTO gpkg_geometry_columns VALUES('{}','geom','{}',{},{},0)",
+                        layer.name, GeometryName(layer.geometry), srs_,
+                        layer.geometry == FeatureGeometry::kLineInSpace ? 1 : 0));
+  }
+
+  std::string path_;
+  SqliteHandle<sqlite3> db_;
+  int srs_ = kLocalSrs;
+};
+
+}  // namespace
+
+std::vector<std::string> GeoPackageWriter::Write(const std::string& folder, const MapResult& map,
+                                                 const Progress& progress) const {
+  progress.ReportOrStop(0);
+  const std::string path = folder + "/plan.gpkg";
+  GeoPackage file(path, PlaceOf(map.source).crs);
+  for (const FeatureLayer& layer : MakeFeatureLayers(map)) file.AddLayer(layer);
+  file.Close();
+  progress.ReportOrStop(1);
+  return {path};
+}
+
+}  // namespace slcmap::exporting
