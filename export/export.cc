@@ -17,6 +17,7 @@
 #include "export/scene/scene.h"
 #include "export/sfm/text_models.h"
 #include "export/web/gltf_writer.h"
+#include "export/web/tiles_writer.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
@@ -101,6 +102,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
   writers.push_back(std::make_unique<LimapWriter>());
   writers.push_back(std::make_unique<GridWriter>(options.grid));
+  writers.push_back(std::make_unique<TilesWriter>(options.tiles));
   return writers;
 }
 
@@ -132,6 +134,12 @@ void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWrit
   }
 }
 
+// Those that nobody opens by themselves.
+bool IsOneOfMany(const std::string& name) {
+  return name.starts_with("colmap/images/") ||
+         (name.starts_with("tiles/") && !name.ends_with("tileset.json"));
+}
+
 // Files of a map that is in the frame of exports, which T_export_map turned it to.
 std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform& T_export_map,
                                       const ExportOptions& options, const Progress& progress,
@@ -155,7 +163,7 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
   RemoveOthers(folder->path(), last, names);
   std::vector<std::string> paths;
   for (const std::string& name : names) {
-    if (!name.starts_with("colmap/images/")) paths.push_back(folder->path() + "/" + name);
+    if (!IsOneOfMany(name)) paths.push_back(folder->path() + "/" + name);
   }
   return paths;
 }
