@@ -18,6 +18,7 @@
 #include "export/sfm/text_models.h"
 #include "export/survey/survey_writers.h"
 #include "export/web/gltf_writer.h"
+#include "export/web/tiles_writer.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
@@ -106,6 +107,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<E57Writer>());
   writers.push_back(std::make_unique<GeoPackageWriter>());
   writers.push_back(std::make_unique<GeoJsonWriter>());
+  writers.push_back(std::make_unique<TilesWriter>(options.tiles));
   return writers;
 }
 
@@ -137,6 +139,12 @@ void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWrit
   }
 }
 
+// Those that nobody opens by themselves.
+bool IsOneOfMany(const std::string& name) {
+  return name.starts_with("colmap/images/") ||
+         (name.starts_with("tiles/") && !name.ends_with("tileset.json"));
+}
+
 // Files of a map that is in the frame of exports, which T_export_map turned it to.
 std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform& T_export_map,
                                       const ExportOptions& options, const Progress& progress,
@@ -160,7 +168,7 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
   RemoveOthers(folder->path(), last, names);
   std::vector<std::string> paths;
   for (const std::string& name : names) {
-    if (!name.starts_with("colmap/images/")) paths.push_back(folder->path() + "/" + name);
+    if (!IsOneOfMany(name)) paths.push_back(folder->path() + "/" + name);
   }
   return paths;
 }

@@ -16,6 +16,7 @@ struct ExportOptions {
   SceneOptions scene;
   PlanOptions plan;
   GltfOptions gltf;
+  TilesOptions tiles;
   PlyOptions ply;
   IfcOptions ifc;
   ObjOptions obj;
@@ -38,8 +39,8 @@ StageFiles ExportFiles();
 MapSource ExportSourceIn(const std::string& folder);
 
 // Writes a map into a folder, which is made where it is missing, and returns the files' paths, but
-// those of COLMAP's images. The frame of all is along the building (FrameOfExports), and the
-// summary says how the run
+// those of COLMAP's images and of the content of tiles. The frame of all is along the building
+// (FrameOfExports), and the summary says how the run
 // (`yaw_rad`) and the map's world (`map_yaw_rad`) are turned in it. The files of an earlier export
 // are replaced once all are written. Throws ConfigError for a format
 // that there is not, a map that is too large (SceneOptions::max_vertices) or files of others in

@@ -5,12 +5,14 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string_view>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/file_server.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
@@ -36,6 +38,7 @@ void Export(ExportArguments arguments) {
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   output.Open();
   arguments.options.colmap.calibration = arguments.map + "/calibration.yaml";
+  arguments.options.tiles.page = FindTilesPage();
   const Progress progress = StageProgress("export");
   for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
     spdlog::info("wrote {}", path);
@@ -151,8 +154,12 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
 
 namespace {
 
+constexpr char kTilesPage[] = "page/tiles.html";
+
 struct ViewArguments {
   std::string map, output;
+  std::string served;  // folder of tilesets; "" where a page is written
+  int port = 8080;     // as many servers for oneself have it
   PageOptions page;
   bool accept_changed = false;
   bool images = false;
@@ -183,7 +190,46 @@ std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
   return OpenAgain(path, map.source.opened, arguments.map + "/calibration.yaml", false);
 }
 
+// The tilesets in a folder, as seen from it: its own, or those of the folders below.
+std::vector<std::string> FindTilesets(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> found;
+  std::error_code error;
+  if (fs::exists(folder + "/tileset.json", error)) return {"tileset.json"};
+  auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
+                                             error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    if (!fs::exists(it->path() / "tileset.json", error)) continue;
+    it.disable_recursion_pending();  // what is below is a part of it
+    found.push_back((it->path().lexically_relative(folder) / "tileset.json").string());
+  }
+  std::sort(found.begin(), found.end());
+  if (!found.empty()) return found;
+  throw DataError(folder +
+                  ": found no tileset.json in it or below, expected a folder that `slcmap export "
+                  "--format tiles` wrote");
+}
+
+void ServeTiles(const std::string& folder, int port) {
+  const std::vector<std::string> tilesets = FindTilesets(folder);
+  const std::string page = MakeTilesPage(ReadPageTemplate(kTilesPage), tilesets);
+  FileServer server(folder, port, {{"/", page}});
+  spdlog::info("serving {} of {}: open http://127.0.0.1:{}/ on this computer; Ctrl-C ends",
+               tilesets.size() == 1 ? "the tileset" : fmt::format("{} tilesets", tilesets.size()),
+               folder, server.port());
+  server.Run([] { return Interrupted(); });
+}
+
+// Either a map into a file, or a folder over HTTP.
+void CheckWhatIsViewed(const ViewArguments& arguments) {
+  if (!arguments.served.empty() || (!arguments.map.empty() && !arguments.output.empty())) return;
+  throw ConfigError(fmt::format("{}: missing, expected a map and -o FILE, or --serve FOLDER",
+                                arguments.map.empty() ? "MAP" : "--output"));
+}
+
 void ViewMap(ViewArguments arguments) {
+  CheckWhatIsViewed(arguments);
+  if (!arguments.served.empty()) return ServeTiles(arguments.served, arguments.port);
   ExpectFolder(arguments.map, FolderKind::kMap);
   CheckOutput(arguments.output, arguments.map);
   const std::string page_template = ReadPageTemplate();
@@ -205,12 +251,22 @@ void AddViewCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("view", "Write a map as a page that a browser shows, offline");
   const auto arguments = std::make_shared<ViewArguments>();
-  command->add_option("map", arguments->map, "Map folder, as map writes it")
-      ->type_name("MAP")
-      ->required();
-  command->add_option("-o,--output", arguments->output, "HTML file to write")
-      ->type_name("FILE")
-      ->required();
+  CLI::Option* map =
+      command->add_option("map", arguments->map, "Map folder, as map writes it")->type_name("MAP");
+  CLI::Option* output = command->add_option("-o,--output", arguments->output, "HTML file to write")
+                            ->type_name("FILE");
+  CLI::Option* serve =
+      command
+          ->add_option("--serve", arguments->served,
+                       "Instead show the tilesets of a folder, which export --format tiles writes, "
+                       "to browsers on this computer")
+          ->type_name("FOLDER")
+          ->excludes(map)
+          ->excludes(output);
+  command->add_option("--port", arguments->port, "Of the server; 0: any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str()
+      ->needs(serve);
   command->add_option("--title", arguments->page.title, "Of the page (default: the folder's name)");
   CLI::Option* images =
       command->add_flag("--images", arguments->images,
@@ -225,7 +281,8 @@ void AddViewCommand(CLI::App& app) {
                     "that beside it; values are checked in any case");
   command->footer(
       "Examples:\n  slcmap view OUT/map -o OUT/map.html\n"
-      "  slcmap view OUT/map -o OUT/map.html --images");
+      "  slcmap view OUT/map -o OUT/map.html --images\n"
+      "  slcmap view --serve OUT/export/tiles");
   command->callback([arguments] { ViewMap(*arguments); });
 }
 
@@ -286,12 +343,18 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                static_cast<double>(page.size()) * 1e-6);
 }
 
-std::string ReadPageTemplate() {
-  const std::string path = FindSharedFile("page/page.html");
+std::string ReadPageTemplate(const std::string& name) {
+  const std::string path = FindSharedFile(name);
   if (!path.empty()) return ReadFile(path);
-  throw DataError(
-      "share/slcmap/page/page.html: found no page above the program, expected the one that is made "
-      "with it: build it again where npm is installed and can fetch packages");
+  throw DataError(fmt::format(
+      "share/slcmap/{}: found no page above the program, expected the one that is made with it: "
+      "build it again where npm is installed and can fetch packages",
+      name));
+}
+
+std::string FindTilesPage() {
+  const std::string path = FindSharedFile(kTilesPage);
+  return path.empty() ? "" : ReadFile(path);
 }
 
 }  // namespace slcmap::commands

@@ -34,8 +34,11 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress);
 
-// The template of the page that maps are put into, which is installed with the program. Throws
-// DataError, saying how to get it, where the program was built without it.
-std::string ReadPageTemplate();
+// The template of a page, by default of that which maps are put into; it is installed with the
+// program. Throws DataError, saying how to get it, where the program was built without it.
+std::string ReadPageTemplate(const std::string& name = "page/page.html");
+
+// The template of the page of tilesets, for TilesOptions; "" where there is none.
+std::string FindTilesPage();
 
 }  // namespace slcmap::commands

@@ -131,6 +131,7 @@ void RunAll(const RunArguments& arguments) {
   const MapResult map = ReadMapFolder(output + "/map");
   ExportOptions exporting = arguments.exporting;
   exporting.colmap.calibration = output + "/map/calibration.yaml";
+  exporting.tiles.page = FindTilesPage();
   const std::vector<std::string> files = Timed(
       "export", [&] { return ExportMap(map, &export_folder, exporting, StageProgress("export")); });
   const std::string page = WriteRunPage(map, output);

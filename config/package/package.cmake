@@ -11,6 +11,7 @@ install(DIRECTORY config/batch config/options config/profiles config/rigs config
   DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config COMPONENT program USE_SOURCE_PERMISSIONS)
 # Missing where it could not be made: see export/page.
 install(FILES ${PROJECT_BINARY_DIR}/share/slcmap/page/page.html
+  ${PROJECT_BINARY_DIR}/share/slcmap/page/tiles.html
   DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/page COMPONENT program OPTIONAL)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 

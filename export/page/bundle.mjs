@@ -1,12 +1,13 @@
-// Bundles scripts, styles and licences into one HTML file with a mark where the map goes.
+// Bundles scripts, styles and licences into HTML files with a mark where the map, or the list of
+// tilesets, goes: page.html and tiles.html.
 //
-//   node bundle.mjs NODE_MODULES OUTPUT
+//   node bundle.mjs NODE_MODULES FOLDER
 import { readFileSync, writeFileSync, readdirSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const [modules, output] = process.argv.slice(2).map((path) => resolve(path));
+const [modules, folder] = process.argv.slice(2).map((path) => resolve(path));
 const source = join(dirname(fileURLToPath(import.meta.url)), 'src');
 const { buildSync } = createRequire(join(modules, 'index.js'))('esbuild');
 
@@ -42,18 +43,26 @@ function licenceOf(name) {
   return `${name} ${version}\n\n${readFileSync(join(folder, file), 'utf8').trim()}`;
 }
 
-// In an inline script, "</script" would end it.
-const script = bundle('main.js');
-const text = script.outputFiles[0].text.replaceAll('</script', '<\\/script');
-const licences = packagesIn(script.metafile).map(licenceOf).join('\n\n');
-const parts = {
-  '@LICENCES@': licences.replaceAll('--', '- -'),
-  '@STYLES@': bundle('styles.css').outputFiles[0].text,
-  '@SCRIPT@': text,
-};
-let page = readFileSync(join(source, 'index.html'), 'utf8');
-for (const [mark, part] of Object.entries(parts)) {
-  if (page.split(mark).length !== 2) throw new Error(`index.html: expected ${mark} once`);
-  page = page.replace(mark, () => part);
+function makePage(frame, entry) {
+  const script = bundle(entry);
+  // In an inline script, "</script" would end it.
+  const text = script.outputFiles[0].text.replaceAll('</script', '<\\/script');
+  const licences = packagesIn(script.metafile).map(licenceOf).join('\n\n');
+  const parts = {
+    '@LICENCES@': licences.replaceAll('--', '- -'),
+    '@STYLES@': bundle('styles.css').outputFiles[0].text,
+    '@SCRIPT@': text,
+  };
+  let page = readFileSync(join(source, frame), 'utf8');
+  for (const [mark, part] of Object.entries(parts)) {
+    if (page.split(mark).length !== 2) throw new Error(`${frame}: expected ${mark} once`);
+    page = page.replace(mark, () => part);
+  }
+  return page;
 }
-writeFileSync(output, page);
+
+const pages = {
+  'page.html': makePage('index.html', 'main.js'),
+  'tiles.html': makePage('tiles.html', 'tiles_main.js'),
+};
+for (const [name, page] of Object.entries(pages)) writeFileSync(join(folder, name), page);

@@ -71,6 +71,10 @@ struct GltfOptions {
   bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
 };
 
+struct TilesOptions {
+  std::string page;  // the bundle of the page that shows them; "" for none
+};
+
 struct ColmapOptions {
   std::string images;       // "": none, "rectified": the model's, as its cameras would have them
   std::string sequence;     // where the recording moved to; "" where the map says it is

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -39,6 +40,9 @@ class GltfModel {
   // What the scene is of, and where it lies: z is up there, as in the map.
   void SetOrigin(const MapScene& scene);
 
+  // Of all vertices.
+  const Eigen::AlignedBox3d& box() const { return box_; }
+
   // The model, which ends with it.
   tinygltf::Model Finish();
 
@@ -58,6 +62,7 @@ class GltfModel {
   tinygltf::Model model_;
   std::vector<unsigned char> buffer_;
   std::map<std::string, int> nodes_;
+  Eigen::AlignedBox3d box_;
 };
 
 namespace {
@@ -110,6 +115,7 @@ void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
                          const std::vector<uint32_t>& indices, int mode,
                          const tinygltf::Value::Object& extras) {
   if (vertices.size() == 0 || (mode != TINYGLTF_MODE_POINTS && indices.empty())) return;
+  box_.extend(ComputeBox(vertices));
   const int index = NodeAt(path);
   tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
   tinygltf::Primitive primitive;
@@ -286,6 +292,30 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
   return indices;
 }
 
+// Lines of a map with their ids, kinds and standard deviations. Two vertices a line.
+void AddLineGroup(const std::string& path, const MapResult& map,
+                  const std::vector<std::size_t>& lines, GltfModel* model) {
+  Vertices vertices;
+  std::vector<int64_t> ids, kinds;
+  std::vector<double> sigmas_m;
+  for (const std::size_t i : lines) {
+    const MapLine& line = map.lines[i];
+    const auto [red, green, blue] = LineColour(line.axis, line.recent);
+    for (const auto& end : {line.start_world, line.end_world})
+      vertices.Add(end, {red, green, blue});
+    ids.push_back(line.id);
+    kinds.push_back(static_cast<int64_t>(line.kind));
+    sigmas_m.push_back(line.sigma_m);
+  }
+  std::vector<uint32_t> indices(vertices.size());
+  std::iota(indices.begin(), indices.end(), 0u);
+  model->AddLayer(path, vertices, indices, TINYGLTF_MODE_LINE,
+                  {{"axis", MakeValue(std::string(AxisName(map.lines[lines[0]].axis)))},
+                   {"ids", MakeArray(ids)},
+                   {"kinds", MakeArray(kinds)},
+                   {"sigmas_m", MakeArray(sigmas_m)}});
+}
+
 // Fills a model with what a map and its scene hold.
 class GltfLayers {
  public:
@@ -311,7 +341,6 @@ class GltfLayers {
     model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", MakeValue(every)}});
   }
 
-  // The scene's lines are the map's, in their order, with two vertices each.
   void AddLines() {
     std::map<std::string, std::vector<std::size_t>> groups;
     for (std::size_t i = 0; i < map_.lines.size(); ++i) {
@@ -320,7 +349,7 @@ class GltfLayers {
       const auto storey = StoreyAt(map_.building, middle_m);
       groups[StoreyPath("lines", map_.building, storey) + "/" + AxisName(line.axis)].push_back(i);
     }
-    for (const auto& [path, lines] : groups) AddLineGroup(path, lines);
+    for (const auto& [path, lines] : groups) AddLineGroup(path, map_, lines, model_);
   }
 
   void AddTracks() {
@@ -398,26 +427,6 @@ class GltfLayers {
     model_->AddLayer(path, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES, extras);
   }
 
-  void AddLineGroup(const std::string& path, const std::vector<std::size_t>& lines) {
-    const Vertices& all = scene_.lines[0].vertices;
-    Vertices vertices;
-    std::vector<int64_t> ids, kinds;
-    std::vector<double> sigmas_m;
-    for (const std::size_t i : lines) {
-      for (const std::size_t k : {2 * i, 2 * i + 1}) vertices.Add(all.positions[k], all.colours[k]);
-      ids.push_back(map_.lines[i].id);
-      kinds.push_back(static_cast<int64_t>(map_.lines[i].kind));
-      sigmas_m.push_back(map_.lines[i].sigma_m);
-    }
-    std::vector<uint32_t> indices(vertices.size());
-    for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<uint32_t>(i);
-    model_->AddLayer(path, vertices, indices, TINYGLTF_MODE_LINE,
-                     {{"axis", MakeValue(std::string(AxisName(map_.lines[lines[0]].axis)))},
-                      {"ids", MakeArray(ids)},
-                      {"kinds", MakeArray(kinds)},
-                      {"sigmas_m", MakeArray(sigmas_m)}});
-  }
-
   bool IsOfWall(int64_t plane_id) const {
     return std::any_of(map_.building.walls.begin(), map_.building.walls.end(),
                        [&](const PlanWall& wall) {
@@ -439,7 +448,44 @@ int64_t CountVertices(const MapScene& scene) {
   return count;
 }
 
+std::string BytesOf(GltfModel* model) {
+  const tinygltf::Model finished = model->Finish();
+  std::ostringstream bytes;
+  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&finished, bytes, false, true)) {
+    throw OutputError("a model cannot be written as glTF");
+  }
+  return bytes.str();
+}
+
 }  // namespace
+
+PartModel MakePointsModel(const std::string& name, const Vertices& vertices) {
+  // In steps of half a millimetre or less, where 16 bits hold that.
+  constexpr double kMostQuantised_m = 32;
+  GltfModel model(ComputeBox(vertices).sizes().maxCoeff() <= kMostQuantised_m);
+  model.AddLayer(name, vertices, {}, TINYGLTF_MODE_POINTS);
+  return {BytesOf(&model), model.box()};
+}
+
+PartModel MakeLinesModel(const MapResult& map, std::span<const std::size_t> lines) {
+  std::map<LineAxis, std::vector<std::size_t>> by_axis;
+  for (const std::size_t i : lines) by_axis[map.lines[i].axis].push_back(i);
+  GltfModel model(false);
+  for (const auto& [axis, some] : by_axis) {
+    AddLineGroup(std::string("lines/") + AxisName(axis), map, some, &model);
+  }
+  return {BytesOf(&model), model.box()};
+}
+
+PartModel MakeBuildingModel(const MapResult& map) {
+  GltfModel model(false);
+  const MapScene nothing_else;
+  GltfLayers layers(map, nothing_else, &model);
+  layers.AddPipes();
+  layers.AddWalls();
+  layers.AddPlanes();
+  return {BytesOf(&model), model.box()};
+}
 
 std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapResult& map,
                                            const Progress& progress) const {
@@ -457,14 +503,10 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   layers.AddWalls();
   layers.AddPlanes();
   progress.ReportOrStop(0.75);
-  const tinygltf::Model finished = model.Finish();
   const std::string path = folder + "/scene.glb";
-  std::ostringstream bytes;
-  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&finished, bytes, false, true)) {
-    throw OutputError(path + ": cannot be written as glTF");
-  }
+  const std::string bytes = BytesOf(&model);
   progress.ReportOrStop(0.9);
-  WriteFile(path, bytes.str());
+  WriteFile(path, bytes);
   return {path};
 }
 

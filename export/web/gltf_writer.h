@@ -1,7 +1,11 @@
 // One binary glTF 2.0 file, for browsers, Blender, f3d and most viewers.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "export/scene/options.h"
 #include "export/scene/scene.h"
@@ -28,5 +32,17 @@ class GltfWriter : public MapWriter {
   int max_vertices_;
   GltfOptions options_;
 };
+
+// Parts of a map as GLB files of their own, as scene.glb has them.
+
+struct PartModel {
+  std::string bytes;
+  Eigen::AlignedBox3d box;  // of its vertices, z up; empty of a part without any
+};
+
+// Throw OutputError.
+PartModel MakePointsModel(const std::string& name, const Vertices& vertices);
+PartModel MakeLinesModel(const MapResult& map, std::span<const std::size_t> lines);  // of these
+PartModel MakeBuildingModel(const MapResult& map);  // walls, other planes and pipes
 
 }  // namespace slcmap::exporting

@@ -413,4 +413,12 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
   return page;
 }
 
+std::string MakeTilesPage(const std::string& page_template,
+                          const std::vector<std::string>& tilesets) {
+  std::string list = Json(tilesets).dump(-1, ' ', true, Json::error_handler_t::replace);
+  // In a script's element only "</" could end it.
+  for (std::size_t at = 0; (at = list.find('<', at)) != list.npos;) list.replace(at, 1, "\\u003c");
+  return std::string(page_template).replace(FindMark(page_template), kMark.size(), list);
+}
+
 }  // namespace slcmap::exporting

@@ -39,4 +39,9 @@ std::string MakePage(const MapResult& map, const std::string& page_template,
                      const PageOptions& options, const std::vector<PageImage>& images = {},
                      const Progress& progress = {});
 
+// The page of tilesets (tiles_writer.h), whose addresses are relative to its own: `page_template`
+// is the other bundle of export/page. Throws ConfigError as MakePage.
+std::string MakeTilesPage(const std::string& page_template,
+                          const std::vector<std::string>& tilesets);
+
 }  // namespace slcmap::exporting

@@ -12,11 +12,11 @@ const COLOURINGS = [
 
 const WALKED = ['trajectory', 'keyframes', 'pictures']; // drawn in its colour
 
-function group(title, ...content) {
+export function group(title, ...content) {
   return element('section', {}, element('h2', {}, title), ...content);
 }
 
-function toggle(name, count, on, change, colour) {
+export function toggle(name, count, on, change, colour) {
   const box = element('input', { type: 'checkbox', onchange: () => change(box.checked) });
   box.checked = on;
   const swatch = colour ? [element('i', { class: 'swatch', style: `--colour: ${colour}` })] : [];

@@ -61,11 +61,11 @@ export class View {
   }
 
   makeRenderer() {
-    const byProcessor = isDrawnByProcessor();
-    this.levels = byProcessor ? LEVELS_BY_PROCESSOR : LEVELS;
+    this.drawnByProcessor = isDrawnByProcessor();
+    this.levels = this.drawnByProcessor ? LEVELS_BY_PROCESSOR : LEVELS;
     this.renderer = new WebGLRenderer({
       canvas: this.canvas,
-      antialias: !byProcessor,
+      antialias: !this.drawnByProcessor,
       powerPreference: 'high-performance',
     });
   }
