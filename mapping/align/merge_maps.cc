@@ -16,7 +16,6 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kAlignedUntil = 0.6, kUnitedUntil = 0.9;  // shares of the time, about
 // What maps that are aligned are off against each other here and there: trajectories err, and lines
 // of inexact buildings by more than their covariances tell (FORMAT.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
@@ -29,7 +28,9 @@ bool WasLost(const MapResult& map) {
          });
 }
 
-void CheckMap(const MapResult& map) {
+}  // namespace
+
+void RequireMergeable(const MapResult& map) {
   if (map.dense.empty()) {
     throw DataError(
         fmt::format("map of run {}: found no dense points, as of a map that is empty or "
@@ -56,6 +57,8 @@ void CheckMap(const MapResult& map) {
                   map.source.run_id));
 }
 
+namespace {
+
 // The time from the first pose to the last.
 std::optional<StampSpan> FindSpan(const MapResult& map) {
   std::vector<int64_t> stamps_ns;
@@ -69,6 +72,8 @@ std::optional<StampSpan> FindSpan(const MapResult& map) {
   return StampSpan{*least, *most};
 }
 
+}  // namespace
+
 std::vector<MergedRun> SplitIntoParts(const MapResult& map) {
   if (!map.source.merged.empty()) return map.source.merged;
   MergedRun run;
@@ -80,6 +85,8 @@ std::vector<MergedRun> SplitIntoParts(const MapResult& map) {
   run.poses_ns = FindSpan(map);
   return {run};
 }
+
+namespace {
 
 // By how much the second's stamps are moved: by nothing where its time is another, else by whole
 // hours, so that no stamp is there twice.
@@ -224,23 +231,6 @@ void UniteContents(const RigidTransform& T_first_second, const MergeOptions& opt
                                     first->dense, options.dense_voxel_m);
 }
 
-// Poses of a rig, in the world of the map that they look at.
-struct RigPoses {
-  const Trajectory* poses;
-  const Rig* rig;
-};
-
-std::vector<ViewRays> CollectViewRays(const MapResult& map, const std::vector<RigPoses>& rigs,
-                                      double voxel_m, const Progress& progress) {
-  std::vector<ViewRays> rays;
-  for (const RigPoses& rig : rigs) {
-    std::vector<ViewRays> seen =
-        CollectCloudRays(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
-    std::move(seen.begin(), seen.end(), std::back_inserter(rays));
-  }
-  return rays;
-}
-
 // On the recording's clock.
 std::optional<StampSpan> RecordedSpan(const MergedRun& part) {
   if (!part.poses_ns) return std::nullopt;
@@ -266,21 +256,6 @@ void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first)
   }
 }
 
-ViewCameras MakeViewCameras(const RigPoses& rig) {
-  Views views;
-  for (const StampedPose& pose : *rig.poses) {
-    views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
-  }
-  return ViewCameras(views, *rig.rig);
-}
-
-void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
-  for (const std::string& run : CollectRuns(map)) {
-    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
-    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
-  }
-}
-
 }  // namespace
 
 std::vector<std::string> CollectRuns(const MapResult& map) {
@@ -289,41 +264,70 @@ std::vector<std::string> CollectRuns(const MapResult& map) {
   return runs;
 }
 
-UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MergeOptions& options, const Progress& progress) {
-  RefuseSameRuns(CollectRuns(first), second);
-  WarnOfSameRecording(SplitIntoParts(second), &first);
-  for (MapResult* map : {&first, &second}) {
-    map->filled.clear();  // the occupancy keeps what they said
-    RemoveJunctions(map);
-    CheckMap(*map);
+void RequireDifferentRuns(const MapResult& first, const MapResult& second) {
+  const std::vector<std::string> runs = CollectRuns(first);
+  for (const std::string& run : CollectRuns(second)) {
+    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
+    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
   }
-  const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
-  const RigidTransform& T = found.T_first_second;
+}
+
+UnitedMaps PrepareToUnite(MapResult map) {
+  map.filled.clear();  // the occupancy keeps what they said
+  RemoveJunctions(&map);
+  RequireMergeable(map);
+  std::vector<RigPoses> watchers = {{map.keyframes, map.rectified_rig}};
+  return {std::move(map), std::move(watchers)};
+}
+
+UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& T_first_second,
+                     const MergeOptions& options, const Progress& progress) {
+  MapResult &first = united.map, &second = other.map;
+  RequireDifferentRuns(first, second);
+  WarnOfSameRecording(SplitIntoParts(second), &first);
   const int64_t shift_ns = StampShift(first, second);
-  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
-  MoveInto(T, &second);
+  std::vector<MergedRun> parts = UniteParts(first, second, T_first_second, shift_ns);
+  MoveInto(T_first_second, &second);
   MoveStamps(shift_ns, &second);
-  const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
   MoveImages(first.rectified_rig, &second);
-  UniteContents(T, options, progress.Part(kAlignedUntil, kUnitedUntil), &first, &second);
-  progress.ReportOrStop(kUnitedUntil);
-  const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
-                                      {&seen_by_second, &second.rectified_rig}};
-  std::vector<ViewRays> rays =
-      CollectViewRays(first, rigs, options.dense_voxel_m, progress.Part(kUnitedUntil, 1));
+  UniteContents(T_first_second, options, progress, &first, &second);
+  for (RigPoses& watcher : other.watchers) {
+    for (StampedPose& pose : watcher.poses) pose.T_world_imu = T_first_second * pose.T_world_imu;
+    united.watchers.push_back(std::move(watcher));
+  }
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
   UniteReports(second, &first);
-  progress.ReportOrStop(1);
   first.adjustment.reset();
   first.given_poses.reset();
   first.calibrated_rig.reset();
   first.id.clear();
+  progress.ReportOrStop(1);
+  return united;
+}
+
+std::vector<ViewRays> CollectViewRays(const UnitedMaps& united, double voxel_m,
+                                      const Progress& progress) {
+  std::vector<ViewRays> rays;
+  for (const RigPoses& watcher : united.watchers) {
+    std::vector<ViewRays> seen = CollectCloudRays(watcher.poses, watcher.rig, united.map.dense,
+                                                  voxel_m, united.map.occupancy, progress);
+    std::move(seen.begin(), seen.end(), std::back_inserter(rays));
+  }
+  return rays;
+}
+
+std::vector<ViewCameras> MakeViewCameras(const UnitedMaps& united) {
   std::vector<ViewCameras> cameras;
-  for (const RigPoses& rig : rigs) cameras.push_back(MakeViewCameras(rig));
-  return {std::move(first), found, std::move(rays), std::move(cameras)};
+  for (const RigPoses& watcher : united.watchers) {
+    Views views;
+    for (const StampedPose& pose : watcher.poses) {
+      views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
+    }
+    cameras.emplace_back(views, watcher.rig);
+  }
+  return cameras;
 }
 
 }  // namespace slcmap::mapping

@@ -19,6 +19,7 @@
 #include "mapping/map/evidence_files.h"
 #include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
+#include "mapping/map/place_index.h"
 #include "odometry/run/run.h"
 #include "odometry/run/run_json.h"
 #include "odometry/run/run_queries.h"
@@ -46,10 +47,10 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration, bool with_plan) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes,           kPoints, kCloud,
-                                    kDense,      kDenseCloud,          kLines,  kMarks,
-                                    kOccupancy,  kProbabilities,       kRig,    kOptions,
-                                    kPipeFile,   kPointObservationFile};
+  std::vector<std::string> names = {
+      kTrajectory, kKeyframes, kPoints,        kCloud, kDense,   kDenseCloud, kLines,
+      kMarks,      kOccupancy, kProbabilities, kRig,   kOptions, kPipeFile,   kPointObservationFile,
+      kPlaceFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -351,6 +352,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteLineEvidence(folder->staging(), map.line_evidence);
   WritePipes(path + kPipeFile, map.pipes);
   WriteBuilding(folder->staging(), map.building);
+  WritePlaceIndex(path + kPlaceFile, MakePlaceIndex(map));
   map.occupancy.Write(path + kOccupancy);
   map.occupancy.WriteProbabilities(path + kProbabilities);
   WriteRig(path + kRig, map.rectified_rig);
