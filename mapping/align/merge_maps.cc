@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mapping/align/line_union.h"
+#include "mapping/align/map_changes.h"
 #include "mapping/align/surface_union.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
@@ -258,6 +259,35 @@ void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first)
 
 }  // namespace
 
+namespace {
+
+// The days of a map's walks; none where one does not say it.
+std::optional<std::pair<std::string, std::string>> FindDates(const MapResult& map) {
+  std::vector<std::string> dates;
+  for (const MergedRun& part : SplitIntoParts(map)) dates.push_back(part.date);
+  const auto [least, most] = std::ranges::minmax(dates);
+  if (least.empty()) return std::nullopt;
+  return std::pair(least, most);
+}
+
+// Where all walks of one map are later than those of the other, what they saw to be gone is taken
+// out of the other.
+void UpdateEarlier(const RigidTransform& T_first_second, MapResult* first, MapResult* second) {
+  const auto first_dates = FindDates(*first), second_dates = FindDates(*second);
+  if (!first_dates || !second_dates) return;
+  const bool is_second_later = first_dates->second < second_dates->first;
+  if (!is_second_later && !(second_dates->second < first_dates->first)) return;
+  MapResult *earlier = is_second_later ? first : second, *later = is_second_later ? second : first;
+  const AlignmentFeatures before = FindFeatures(*earlier), after = FindFeatures(*later);
+  const FeatureIndex before_index(before), after_index(after);
+  const std::vector<MapChange> changes = FindChanges(
+      {before, before_index, earlier->occupancy}, {after, after_index, later->occupancy},
+      is_second_later ? T_first_second : T_first_second.Inverse());
+  RemoveGone(changes, earlier);
+}
+
+}  // namespace
+
 std::vector<std::string> CollectRuns(const MapResult& map) {
   std::vector<std::string> runs;
   for (const MergedRun& part : SplitIntoParts(map)) runs.push_back(part.run_id);
@@ -287,6 +317,7 @@ UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& 
   WarnOfSameRecording(SplitIntoParts(second), &first);
   const int64_t shift_ns = StampShift(first, second);
   std::vector<MergedRun> parts = UniteParts(first, second, T_first_second, shift_ns);
+  UpdateEarlier(T_first_second, &first, &second);
   MoveInto(T_first_second, &second);
   MoveStamps(shift_ns, &second);
   MoveImages(first.rectified_rig, &second);
