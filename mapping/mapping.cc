@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -473,23 +474,71 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
   return map;
 }
 
-MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MappingOptions& options, const Progress& progress) {
-  constexpr double kUnited = 0.85;  // share of the time, about
-  options.Check();
-  UnitedMaps united =
-      UniteMaps(std::move(first), std::move(second), alignment,
-                {options.cloud.voxel_m, options.dense.voxel_m}, progress.Part(0, kUnited));
+namespace {
+
+constexpr double kAligned = 0.5, kUnited = 0.8, kRaysCollected = 0.85;  // shares of the time, about
+
+MergeOptions OptionsOfUnion(const MappingOptions& options) {
+  return {options.cloud.voxel_m, options.dense.voxel_m};
+}
+
+// The building of maps that were united, with what hangs on it.
+MapResult FinishUnion(UnitedMaps united, const MappingOptions& options, const Progress& progress) {
+  std::vector<ViewRays> rays =
+      CollectViewRays(united, options.dense.voxel_m, progress.Part(kUnited, kRaysCollected));
   MappingOptions of_building = options;
   of_building.planes.draw_sigmas = 0;  // points lie where their own map's planes drew them
-  RunBuildingStage(std::move(united.rays), std::move(united.cameras), of_building,
-                   progress.Part(kUnited, 1), &united.map);
+  RunBuildingStage(std::move(rays), MakeViewCameras(united), of_building,
+                   progress.Part(kRaysCollected, 1), &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
   progress.ReportOrStop(1);
   united.map.plan.reset();  // of the first map's walls alone
   united.map.control.reset();
   united.map.source.options = options.ToYaml();
-  return {std::move(united.map), united.alignment};
+  return std::move(united.map);
+}
+
+UnitedMaps ReadToUnite(const MapToMerge& map) {
+  MapResult read = map.read();
+  if (read.source.merged.empty()) {
+    read.source.merged = SplitIntoParts(read);
+    read.source.merged.front().date = map.date;
+  }
+  return PrepareToUnite(std::move(read));
+}
+
+// Of some neighbours, in the world of the first of them. Halves, so that each is read and united as
+// late as can be.
+UnitedMaps UniteNeighbours(std::span<const MapToMerge> maps, const MergeOptions& options,
+                           const Progress& progress) {
+  if (maps.size() == 1) return ReadToUnite(maps.front());
+  const std::size_t half = (maps.size() + 1) / 2;
+  const double part = static_cast<double>(half) / static_cast<double>(maps.size() + 1);
+  UnitedMaps first = UniteNeighbours(maps.first(half), options, progress.Part(0, part));
+  UnitedMaps second = UniteNeighbours(maps.subspan(half), options, progress.Part(part, 2 * part));
+  const RigidTransform T_first_second = maps.front().T_world_map.Inverse() * maps[half].T_world_map;
+  return UniteMaps(std::move(first), std::move(second), T_first_second, options,
+                   progress.Part(2 * part, 1));
+}
+
+}  // namespace
+
+MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
+                     const MappingOptions& options, const Progress& progress) {
+  options.Check();
+  RequireDifferentRuns(first, second);
+  UnitedMaps ours = PrepareToUnite(std::move(first)), theirs = PrepareToUnite(std::move(second));
+  const MapAlignment found = AlignMaps(ours.map, theirs.map, alignment, progress.Part(0, kAligned));
+  UnitedMaps united = UniteMaps(std::move(ours), std::move(theirs), found.T_first_second,
+                                OptionsOfUnion(options), progress.Part(kAligned, kUnited));
+  return {FinishUnion(std::move(united), options, progress), found};
+}
+
+MapResult MergePlacedMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
+                          const Progress& progress) {
+  options.Check();
+  return FinishUnion(UniteNeighbours(maps, OptionsOfUnion(options), progress.Part(0, kUnited)),
+                     options, progress);
 }
 
 }  // namespace slcmap::mapping

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
@@ -67,5 +69,19 @@ struct MergedMaps {
 // images, of a run that was lost in between, of one run), and StoppedError once progress says so.
 MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
                      const MappingOptions& options, const Progress& progress = {});
+
+// A map that is read when its turn comes, so that few are held at once.
+struct MapToMerge {
+  std::function<MapResult()> read;
+  RigidTransform T_world_map;  // of the first: none
+  std::string date = {};       // of a recording that is not merged yet, YYYY-MM-DD; "": not said
+};
+
+// Those that lie where PlaceMaps has put them, in the world of the first: neighbours in their order
+// are united two by two, then these, so that time grows by n log n; the building is made once. What
+// later walks saw to be gone is taken out of earlier ones, where dates tell which is which. Throws
+// what MergeMaps throws but AlignmentError.
+MapResult MergePlacedMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
+                          const Progress& progress = {});
 
 }  // namespace slcmap::mapping

@@ -65,21 +65,8 @@ void CheckName(const std::string& key, const std::string& name, Faults* faults) 
 }
 
 void CheckDate(const std::string& place, const std::string& date, Faults* faults) {
-  bool is_date = date.size() == 10;
-  for (std::size_t i = 0; is_date && i < date.size(); ++i) {
-    const bool is_dash = i == 4 || i == 7;
-    is_date = is_dash ? date[i] == '-' : std::isdigit(static_cast<unsigned char>(date[i])) != 0;
-  }
-  if (is_date) {
-    using namespace std::chrono;
-    const year_month_day day{year(std::stoi(date.substr(0, 4))),
-                             month(static_cast<unsigned>(std::stoi(date.substr(5, 2)))),
-                             std::chrono::day(static_cast<unsigned>(std::stoi(date.substr(8, 2))))};
-    is_date = day.ok();
-  }
-  if (!is_date && !date.empty()) {
-    faults->Add(fmt::format("{}.date: found '{}', expected YYYY-MM-DD", place, date));
-  }
+  if (date.empty() || IsDate(date)) return;
+  faults->Add(fmt::format("{}.date: found '{}', expected YYYY-MM-DD", place, date));
 }
 
 // The folder's name, or that of the one above mav0, in letters of names.
@@ -231,6 +218,21 @@ void CheckPlans(const Site& site, Faults* faults) {
 }
 
 }  // namespace
+
+bool IsDate(const std::string& text) {
+  constexpr std::size_t kLength = 10;
+  if (text.size() != kLength) return false;
+  for (std::size_t i = 0; i < kLength; ++i) {
+    const bool is_right =
+        i == 4 || i == 7 ? text[i] == '-' : std::isdigit(static_cast<unsigned char>(text[i])) != 0;
+    if (!is_right) return false;
+  }
+  using namespace std::chrono;
+  return year_month_day{year(std::stoi(text.substr(0, 4))),
+                        month(static_cast<unsigned>(std::stoi(text.substr(5, 2)))),
+                        day(static_cast<unsigned>(std::stoi(text.substr(8, 2))))}
+      .ok();
+}
 
 Site ReadSite(const std::string& path) {
   YamlSection root = YamlSection::FromFile(path);

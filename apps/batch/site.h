@@ -37,6 +37,9 @@ inline constexpr const char* kPageFormat = "page";
 // The building of recordings that do not say one.
 inline constexpr const char* kOnlyBuilding = "building";
 
+// Whether a text is a day that there is, YYYY-MM-DD.
+bool IsDate(const std::string& text);
+
 // Reads a site file; paths are from its folder, and those of recordings may have wildcards, for
 // which all folders stand that match. Throws ConfigError for keys and values that cannot be; of
 // what is wrong with names, files, recordings' folders and calibrations it names all that there is.

@@ -8,8 +8,10 @@
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
+#include "apps/batch/site.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
+#include "apps/commands/place_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
@@ -24,7 +26,7 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> maps;
-  std::string output, at, config;
+  std::string output, at, config, placed, dates;
   int threads = 2;
   bool accept_changed = false;
 };
@@ -42,24 +44,110 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
   for (const std::string& map : arguments.maps) ExpectFolder(map, FolderKind::kMap);
 }
 
+std::vector<MapFolder> FoldersOf(const MergeArguments& arguments) {
+  std::vector<std::string> dates(arguments.maps.size());
+  if (!arguments.dates.empty()) dates = SplitAtCommas(arguments.dates);
+  if (dates.size() != arguments.maps.size()) {
+    throw ConfigError(fmt::format("--dates: found {}, expected as many as maps, {}", dates.size(),
+                                  arguments.maps.size()));
+  }
+  std::vector<MapFolder> folders;
+  for (std::size_t i = 0; i < dates.size(); ++i) {
+    if (!dates[i].empty() && !IsDate(dates[i])) {
+      throw ConfigError(fmt::format("--dates: found '{}', expected YYYY-MM-DD", dates[i]));
+    }
+    folders.push_back({arguments.maps[i], arguments.maps[i], "", dates[i]});
+  }
+  return folders;
+}
+
+// Those that lie with the first; of the others it is told why they do not.
+std::vector<std::size_t> ListOfFirst(const std::vector<MapFolder>& folders,
+                                     const MapPlacement& placement) {
+  std::vector<std::size_t> of_first;
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    if (placement.maps[i].group == 0) of_first.push_back(i);
+  }
+  for (const PairApart& pair : placement.apart) {
+    const bool is_told =
+        (placement.maps[pair.first].group == 0) != (placement.maps[pair.second].group == 0);
+    const std::string words = fmt::format("{} and {}: {}", folders[pair.first].name,
+                                          folders[pair.second].name, pair.reason);
+    if (of_first.size() < 2 && is_told) throw DataError(words);
+    spdlog::warn("{}{}", words, is_told ? "; they stay apart" : "");
+  }
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    if (placement.maps[i].group == 0) continue;
+    spdlog::warn("{}: left out, as it has no place that is sure", folders[i].name);
+  }
+  return of_first;
+}
+
+void TellChanges(const std::vector<DatedChange>& changes) {
+  for (const DatedChange& dated : changes) {
+    const Eigen::Vector3d middle = 0.5 * (dated.change.least_world + dated.change.most_world);
+    spdlog::info("between {} and {} {} of {:.1f} m2 at {:.2f}, {:.2f}, {:.2f} m {}", dated.after,
+                 dated.by, dated.change.is_wall ? "a wall" : "a thing", dated.change.area_m2,
+                 middle.x(), middle.y(), middle.z(), dated.change.is_new ? "came" : "went");
+  }
+}
+
+// As a file says, or by what the maps have in common. In the world of the first map.
+std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
+                                         const Progress& progress) {
+  const std::vector<MapFolder> folders = FoldersOf(arguments);
+  const auto read = [&](std::size_t i) {
+    return [path = folders[i].path, accept = arguments.accept_changed] {
+      return ReadMapToShow(path, accept);
+    };
+  };
+  std::vector<MapToMerge> maps;
+  if (!arguments.placed.empty()) {
+    for (std::size_t i = 0; i < folders.size(); ++i) {
+      const FolderPlace place = FindPlace(arguments.placed, folders[i].path);
+      maps.push_back({read(i), place.T_group_map, place.date});
+    }
+  } else {
+    const PlacedFolders placed = PlaceFolders(folders, arguments.accept_changed, "", progress);
+    TellChanges(placed.changes);
+    for (const std::size_t i : ListOfFirst(folders, placed.placement)) {
+      maps.push_back({read(i), placed.placement.maps[i].T_group_map, folders[i].date});
+    }
+  }
+  const RigidTransform T_first_group = maps.front().T_world_map.Inverse();
+  for (MapToMerge& map : maps) map.T_world_map = T_first_group * map.T_world_map;
+  return maps;
+}
+
+// Of two maps that are brought together as asked for, or of many.
+MapResult MergeAll(const MergeArguments& arguments, const MappingOptions& options,
+                   const Progress& progress) {
+  constexpr double kPlaced = 0.5;  // share of the time, about
+  const bool is_started = !arguments.at.empty();
+  if (is_started ||
+      (arguments.maps.size() == 2 && arguments.placed.empty() && arguments.dates.empty())) {
+    return MergeStage(ReadMapToShow(arguments.maps[0], arguments.accept_changed),
+                      ReadMapToShow(arguments.maps[1], arguments.accept_changed), arguments.maps[1],
+                      arguments.at, options, progress);
+  }
+  const std::vector<MapToMerge> maps = PlaceMapsToMerge(arguments, progress.Part(0, kPlaced));
+  MapResult merged = MergePlacedMaps(maps, options, progress.Part(kPlaced, 1));
+  const std::size_t left_out = arguments.maps.size() - maps.size();
+  if (left_out > 0) merged.warnings["maps_left_out"] += static_cast<int64_t>(left_out);
+  return merged;
+}
+
 void Merge(const MergeArguments& arguments) {
   RefuseWrongMaps(arguments);
   const MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
   cv::setNumThreads(arguments.threads);
   std::vector<std::string> inputs = arguments.maps;
-  if (!arguments.config.empty()) inputs.push_back(arguments.config);
-  OutputFolder output(arguments.output, MapFiles(), inputs);
-  MapResult merged = ReadMapToShow(arguments.maps.front(), arguments.accept_changed);
-  const Progress progress = StageProgress("merge");
-  const auto steps = static_cast<double>(arguments.maps.size() - 1);
-  for (std::size_t i = 1; i < arguments.maps.size(); ++i) {
-    const std::string& name = arguments.maps[i];
-    MapResult next = ReadMapToShow(name, arguments.accept_changed);
-    output.Open();
-    const double step = static_cast<double>(i - 1);
-    merged = MergeStage(std::move(merged), std::move(next), name, arguments.at, options,
-                        progress.Part(step / steps, (step + 1) / steps));
+  for (const std::string& file : {arguments.config, arguments.placed}) {
+    if (!file.empty()) inputs.push_back(file);
   }
+  OutputFolder output(arguments.output, MapFiles(), inputs);
+  output.Open();
+  const MapResult merged = MergeAll(arguments, options, StageProgress("merge"));
   WriteMapFolder(&output, merged);
   spdlog::info("wrote {}: {} poses, {} dense points, {} lines, {} rooms of {} runs", output.path(),
                merged.trajectory.size(), CountDense(merged), merged.lines.size(),
@@ -77,7 +165,18 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output, "Map folder to write")
       ->type_name("MAP")
       ->required();
-  AddStartOption(*command, &arguments->at);
+  CLI::Option* at = AddStartOption(*command, &arguments->at);
+  command
+      ->add_option("--dates", arguments->dates,
+                   "Days of the recordings, one a map: what later ones saw to be gone is taken "
+                   "out, and told")
+      ->type_name("YYYY-MM-DD,...")
+      ->excludes(at);
+  command
+      ->add_option("--placed", arguments->placed,
+                   "Where maps lie, as batch writes it: not looked for")
+      ->excludes(at)
+      ->group("");
   command->add_option("--config", arguments->config,
                       "YAML file whose section `mapping` overrides options (default: as the first "
                       "map was made)");
@@ -89,10 +188,13 @@ void AddMergeCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap merge MONDAY/map TUESDAY/map -o BUILDING\n"
       "  slcmap merge GROUND/map FIRST/map -o BUILDING --at 12.5,-3,3.1,90\n\n"
-      "How maps lie to each other is found by the lines and surfaces that both have. Where "
-      "several\n"
-      "places fit about as well, as in look-alike corridors, or they share too little, nothing is\n"
-      "written and the exit code is 1; --at says about where the second lies.");
+      "How maps lie to each other is found by the lines and surfaces that they have in common; of\n"
+      "many, pairs that are likely to overlap are compared, and have to agree. Where several "
+      "places\n"
+      "fit about as well, as in look-alike corridors, or two share too little, they stay apart: "
+      "such\n"
+      "maps are left out, with the reason, and where none is left to merge, the exit code is 1;\n"
+      "--at says about where the second of two lies.");
   command->callback([arguments] { Merge(*arguments); });
 }
 

@@ -47,18 +47,11 @@ struct Place {
 
 class Aligner {
  public:
-  Aligner(const MapResult& first, const MapResult& second, const AlignmentOptions& options,
+  Aligner(const ComparedMap& first, const ComparedMap& second, const AlignmentOptions& options,
           const Progress& progress)
-      : options_(options),
-        progress_(progress),
-        first_features_(FindFeatures(first)),
-        second_features_(FindFeatures(second)),
-        first_index_(first_features_),
-        second_index_(second_features_),
-        first_{first_features_, first_index_, first.occupancy},
-        second_{second_features_, second_index_, second.occupancy} {
-    for (const LinePlace& place : second_features_.lines) centre_ += place.p_world;
-    centre_ /= std::max(1.0, static_cast<double>(second_features_.lines.size()));
+      : options_(options), progress_(progress), first_(first), second_(second) {
+    for (const LinePlace& place : second.features.lines) centre_ += place.p_world;
+    centre_ /= std::max(1.0, static_cast<double>(second.features.lines.size()));
   }
 
   MapAlignment Align() {
@@ -75,18 +68,19 @@ class Aligner {
             best.fit.surface_rms_m,
             best.fit.line_rms_m,
             best.agreement.contradiction(),
-            rival_share};
+            rival_share,
+            best.fit.information};
   }
 
  private:
   void CheckHeadings() const {
-    for (const AlignmentFeatures* features : {&first_features_, &second_features_}) {
+    for (const AlignmentFeatures* features : {&first_.features, &second_.features}) {
       if (!features->headings_rad.empty()) continue;
       throw AlignmentError(
           Reason::kNoHeading,
           fmt::format("the {} map: found no level lines and upright surfaces, "
                       "expected a building, whose headings tell how maps are turned",
-                      features == &first_features_ ? "first" : "second"));
+                      features == &first_.features ? "first" : "second"));
     }
   }
 
@@ -106,12 +100,12 @@ class Aligner {
   // The candidates where they come to rest, each once, the best first.
   std::vector<Place> FindPlaces() const {
     std::vector<Place> places;
-    const auto candidates = FindCandidates(first_features_, second_features_, options_,
+    const auto candidates = FindCandidates(first_.features, second_.features, options_,
                                            progress_.Part(0, kCandidatesUntil));
     const Progress fitting = progress_.Part(kCandidatesUntil, 1);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       fitting.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
-      const auto fit = FitAlignment(first_index_, second_features_, candidates[i].T_first_second,
+      const auto fit = FitAlignment(first_.index, second_.features, candidates[i].T_first_second,
                                     {.max_samples = 1500});
       if (!fit) continue;
       const auto is_same = [&](const Place& place) {
@@ -133,7 +127,7 @@ class Aligner {
   Place FittedAgain(const Place& place) const {
     constexpr AlignmentFitOptions kAll{
         .from_m = 0.1, .to_m = 0.04, .steps = 10, .max_samples = 200000};
-    const auto fit = FitAlignment(first_index_, second_features_, place.fit.T_first_second, kAll);
+    const auto fit = FitAlignment(first_.index, second_.features, place.fit.T_first_second, kAll);
     if (!fit) FailForOverlap(&place);
     return PlaceAt(*fit);
   }
@@ -232,7 +226,13 @@ class Aligner {
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
             "the other, expected at most {:.0f} % of it and {:.1f} less; {}",
             InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-            100 * kMaxRivalShare, least, advice));
+            100 * kMaxRivalShare, least, advice),
+        IsSlide(T_best, T_rival) ? std::vector<RigidTransform>() : std::vector{T_best, T_rival});
+  }
+
+  // Whether a rival is the best place itself, which nothing holds.
+  bool IsSlide(const RigidTransform& best, const RigidTransform& rival) const {
+    return (best * centre_ - rival * centre_).norm() < 2 * kNudge_m;
   }
 
   // As --at takes it.
@@ -243,17 +243,23 @@ class Aligner {
 
   const AlignmentOptions& options_;
   const Progress& progress_;
-  const AlignmentFeatures first_features_, second_features_;
-  const FeatureIndex first_index_, second_index_;
   const ComparedMap first_, second_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the second map
 };
 
 }  // namespace
 
-MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+MapAlignment AlignMaps(const ComparedMap& first, const ComparedMap& second,
                        const AlignmentOptions& options, const Progress& progress) {
   return Aligner(first, second, options, progress).Align();
+}
+
+MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+                       const AlignmentOptions& options, const Progress& progress) {
+  const AlignmentFeatures ours = FindFeatures(first), theirs = FindFeatures(second);
+  const FeatureIndex our_index(ours), their_index(theirs);
+  return AlignMaps(ComparedMap{ours, our_index, first.occupancy},
+                   ComparedMap{theirs, their_index, second.occupancy}, options, progress);
 }
 
 }  // namespace slcmap::mapping

@@ -5,9 +5,12 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "data/core/error.h"
 #include "data/core/progress.h"
+#include "mapping/align/map_agreement.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline mapping {
@@ -29,11 +32,15 @@ struct AlignmentOptions {
 class AlignmentError : public DataError {
  public:
   enum class Reason { kNoHeading, kNoOverlap, kContradiction, kAmbiguous };
-  AlignmentError(Reason reason, const std::string& message) : DataError(message), reason_(reason) {}
+  AlignmentError(Reason reason, const std::string& message, std::vector<RigidTransform> places = {})
+      : DataError(message), reason_(reason), places_(std::move(places)) {}
   Reason reason() const { return reason_; }
+  // Of the second in the first, where it fits about as well here and there.
+  const std::vector<RigidTransform>& places() const { return places_; }
 
  private:
   Reason reason_;
+  std::vector<RigidTransform> places_;
 };
 
 struct MapAlignment {
@@ -44,12 +51,15 @@ struct MapAlignment {
   double contradiction = 0;                  // share of surfaces in the free space of the other
   // Of what tells it from the next best place, how much speaks for that, as a share; 0: no other.
   double rival_share = 0;
+  FitInformation information = {};
 };
 
 // Deterministic. Throws AlignmentError, saying what was found and what was expected, where the maps
 // do not share enough, contradict each other, or fit together in several ways about as well, and
 // StoppedError once progress says so.
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+                       const AlignmentOptions& options, const Progress& progress = {});
+MapAlignment AlignMaps(const ComparedMap& first, const ComparedMap& second,
                        const AlignmentOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap::mapping

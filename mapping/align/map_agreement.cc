@@ -110,7 +110,9 @@ class HeadingHistogram {
   std::array<double, kHeadingBins> bins_ = {};
 };
 
-std::vector<double> CollectHeadings(const AlignmentFeatures& features) {
+}  // namespace
+
+std::vector<double> FindHeadings(const AlignmentFeatures& features) {
   HeadingHistogram histogram;
   for (const LinePlace& line : features.lines) {
     if (std::abs(line.direction_world.z()) < kLevelDirection_z) {
@@ -125,14 +127,12 @@ std::vector<double> CollectHeadings(const AlignmentFeatures& features) {
   return histogram.Peaks();
 }
 
-}  // namespace
-
 AlignmentFeatures FindFeatures(const MapResult& map) {
   AlignmentFeatures features;
   features.surfaces = SampleSurfaces(map.dense);
   SampleLines(map.lines, &features.lines);
   SampleLines(map.marks, &features.lines);
-  features.headings_rad = CollectHeadings(features);
+  features.headings_rad = FindHeadings(features);
   return features;
 }
 
@@ -340,6 +340,11 @@ class LevelEquations {
     gradient_ += weight * off_m * jacobian;
   }
 
+  FitInformation Information() const {
+    const Eigen::Vector4d scale(kTypicalReach_m, 1, 1, 1);
+    return {centre_, scale.asDiagonal() * information_ * scale.asDiagonal()};
+  }
+
   std::optional<RigidTransform> Solve() const {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(information_,
                                                                 Eigen::EigenvaluesOnly);
@@ -426,6 +431,7 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
     const auto moved = equations.Solve();
     if (!moved) return std::nullopt;
     next.T_first_second = *moved;
+    next.information = equations.Information();
     fit = next;
   }
   return fit;

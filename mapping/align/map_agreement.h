@@ -39,6 +39,9 @@ struct AlignmentFeatures {
 // Deterministic. Marks count as lines do: they are as true.
 AlignmentFeatures FindFeatures(const MapResult& map);
 
+// The headings of features by their lines and surfaces.
+std::vector<double> FindHeadings(const AlignmentFeatures& features);
+
 // The turn about z by an angle, then a translation.
 RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation);
 double ComputeYaw(const RigidTransform& transform);
@@ -83,6 +86,22 @@ struct ComparedMap {
   const OccupancyMap& occupancy;
 };
 
+// What of a map is compared, without the rest of it.
+class ComparableMap {
+ public:
+  explicit ComparableMap(MapResult map)
+      : features_(FindFeatures(map)), index_(features_), occupancy_(std::move(map.occupancy)) {}
+  ComparableMap(const ComparableMap&) = delete;
+  ComparableMap& operator=(const ComparableMap&) = delete;
+
+  ComparedMap Get() const { return {features_, index_, occupancy_}; }
+
+ private:
+  const AlignmentFeatures features_;
+  const FeatureIndex index_;
+  const OccupancyMap occupancy_;
+};
+
 MapAgreement Compare(const ComparedMap& first, const ComparedMap& second,
                      const RigidTransform& T_first_second);
 
@@ -96,10 +115,18 @@ Telling WhatTells(const MapAgreement& best, const MapAgreement& rival);
 
 // The level transform that brings one map onto another.
 
+// How well it is known: inverse covariance of the turn about z, about a point of the first map, and
+// of that point's translation.
+struct FitInformation {
+  Eigen::Vector3d centre_first = Eigen::Vector3d::Zero();
+  Eigen::Matrix4d of_turn_and_shift = Eigen::Matrix4d::Zero();
+};
+
 struct AlignmentFit {
   RigidTransform T_first_second;
   int surfaces = 0, lines = 0;               // samples that were matched
   double surface_rms_m = 0, line_rms_m = 0;  // across, of these
+  FitInformation information = {};           // about the last step
 };
 
 struct AlignmentFitOptions {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mapping/align/line_union.h"
+#include "mapping/align/map_changes.h"
 #include "mapping/align/surface_union.h"
 #include "mapping/lines/patterns.h"
 #include "mapping/surfaces/bounded_plane.h"
@@ -17,7 +18,6 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kAlignedUntil = 0.6, kUnitedUntil = 0.9;  // shares of the time, about
 // What maps that are aligned are off against each other here and there: trajectories err, and lines
 // of inexact buildings by more than their covariances tell (FORMAT.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
@@ -30,7 +30,9 @@ bool WasLost(const MapResult& map) {
          });
 }
 
-void CheckMap(const MapResult& map) {
+}  // namespace
+
+void RequireMergeable(const MapResult& map) {
   if (map.dense.empty()) {
     throw DataError(
         fmt::format("map of run {}: found no dense points, as of a map that is empty or "
@@ -57,6 +59,8 @@ void CheckMap(const MapResult& map) {
                   map.source.run_id));
 }
 
+namespace {
+
 // The time from the first pose to the last.
 std::optional<StampSpan> FindSpan(const MapResult& map) {
   std::vector<int64_t> stamps_ns;
@@ -70,6 +74,8 @@ std::optional<StampSpan> FindSpan(const MapResult& map) {
   return StampSpan{*least, *most};
 }
 
+}  // namespace
+
 std::vector<MergedRun> SplitIntoParts(const MapResult& map) {
   if (!map.source.merged.empty()) return map.source.merged;
   MergedRun run;
@@ -81,6 +87,8 @@ std::vector<MergedRun> SplitIntoParts(const MapResult& map) {
   run.poses_ns = FindSpan(map);
   return {run};
 }
+
+namespace {
 
 // By how much the second's stamps are moved: by nothing where its time is another, else by whole
 // hours, so that no stamp is there twice.
@@ -226,23 +234,6 @@ void UniteContents(const RigidTransform& T_first_second, const MergeOptions& opt
                                     first->dense, options.dense_voxel_m);
 }
 
-// Poses of a rig, in the world of the map that they look at.
-struct RigPoses {
-  const Trajectory* poses;
-  const Rig* rig;
-};
-
-std::vector<ViewRays> CollectViewRays(const MapResult& map, const std::vector<RigPoses>& rigs,
-                                      double voxel_m, const Progress& progress) {
-  std::vector<ViewRays> rays;
-  for (const RigPoses& rig : rigs) {
-    std::vector<ViewRays> seen =
-        CollectCloudRays(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
-    std::move(seen.begin(), seen.end(), std::back_inserter(rays));
-  }
-  return rays;
-}
-
 // On the recording's clock.
 std::optional<StampSpan> RecordedSpan(const MergedRun& part) {
   if (!part.poses_ns) return std::nullopt;
@@ -268,19 +259,33 @@ void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first)
   }
 }
 
-ViewCameras MakeViewCameras(const RigPoses& rig) {
-  Views views;
-  for (const StampedPose& pose : *rig.poses) {
-    views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
-  }
-  return ViewCameras(views, *rig.rig);
+}  // namespace
+
+namespace {
+
+// The days of a map's walks; none where one does not say it.
+std::optional<std::pair<std::string, std::string>> FindDates(const MapResult& map) {
+  std::vector<std::string> dates;
+  for (const MergedRun& part : SplitIntoParts(map)) dates.push_back(part.date);
+  const auto [least, most] = std::ranges::minmax(dates);
+  if (least.empty()) return std::nullopt;
+  return std::pair(least, most);
 }
 
-void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
-  for (const std::string& run : CollectRuns(map)) {
-    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
-    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
-  }
+// Where all walks of one map are later than those of the other, what they saw to be gone is taken
+// out of the other.
+void UpdateEarlier(const RigidTransform& T_first_second, MapResult* first, MapResult* second) {
+  const auto first_dates = FindDates(*first), second_dates = FindDates(*second);
+  if (!first_dates || !second_dates) return;
+  const bool is_second_later = first_dates->second < second_dates->first;
+  if (!is_second_later && !(second_dates->second < first_dates->first)) return;
+  MapResult *earlier = is_second_later ? first : second, *later = is_second_later ? second : first;
+  const AlignmentFeatures before = FindFeatures(*earlier), after = FindFeatures(*later);
+  const FeatureIndex before_index(before), after_index(after);
+  const std::vector<MapChange> changes = FindChanges(
+      {before, before_index, earlier->occupancy}, {after, after_index, later->occupancy},
+      is_second_later ? T_first_second : T_first_second.Inverse());
+  RemoveGone(changes, earlier);
 }
 
 }  // namespace
@@ -291,29 +296,38 @@ std::vector<std::string> CollectRuns(const MapResult& map) {
   return runs;
 }
 
-UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MergeOptions& options, const Progress& progress) {
-  RefuseSameRuns(CollectRuns(first), second);
-  WarnOfSameRecording(SplitIntoParts(second), &first);
-  for (MapResult* map : {&first, &second}) {
-    map->filled.clear();  // the occupancy keeps what they said
-    RemoveJunctions(map);
-    CheckMap(*map);
+void RequireDifferentRuns(const MapResult& first, const MapResult& second) {
+  const std::vector<std::string> runs = CollectRuns(first);
+  for (const std::string& run : CollectRuns(second)) {
+    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
+    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
   }
-  const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
-  const RigidTransform& T = found.T_first_second;
+}
+
+UnitedMaps PrepareToUnite(MapResult map) {
+  map.filled.clear();  // the occupancy keeps what they said
+  RemoveJunctions(&map);
+  RequireMergeable(map);
+  std::vector<RigPoses> watchers = {{map.keyframes, map.rectified_rig}};
+  return {std::move(map), std::move(watchers)};
+}
+
+UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& T_first_second,
+                     const MergeOptions& options, const Progress& progress) {
+  MapResult &first = united.map, &second = other.map;
+  RequireDifferentRuns(first, second);
+  WarnOfSameRecording(SplitIntoParts(second), &first);
   const int64_t shift_ns = StampShift(first, second);
-  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
-  MoveInto(T, &second);
+  std::vector<MergedRun> parts = UniteParts(first, second, T_first_second, shift_ns);
+  UpdateEarlier(T_first_second, &first, &second);
+  MoveInto(T_first_second, &second);
   MoveStamps(shift_ns, &second);
-  const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
   MoveImages(first.rectified_rig, &second);
-  UniteContents(T, options, progress.Part(kAlignedUntil, kUnitedUntil), &first, &second);
-  progress.ReportOrStop(kUnitedUntil);
-  const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
-                                      {&seen_by_second, &second.rectified_rig}};
-  std::vector<ViewRays> rays =
-      CollectViewRays(first, rigs, options.dense_voxel_m, progress.Part(kUnitedUntil, 1));
+  UniteContents(T_first_second, options, progress, &first, &second);
+  for (RigPoses& watcher : other.watchers) {
+    for (StampedPose& pose : watcher.poses) pose.T_world_imu = T_first_second * pose.T_world_imu;
+    united.watchers.push_back(std::move(watcher));
+  }
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
@@ -321,14 +335,35 @@ UnitedMaps UniteMaps(MapResult first, MapResult second, const AlignmentOptions& 
     first.source.georeference = MoveGeoreference(second.source.georeference, T);
   }
   UniteReports(second, &first);
-  progress.ReportOrStop(1);
   first.adjustment.reset();
   first.given_poses.reset();
   first.calibrated_rig.reset();
   first.id.clear();
+  progress.ReportOrStop(1);
+  return united;
+}
+
+std::vector<ViewRays> CollectViewRays(const UnitedMaps& united, double voxel_m,
+                                      const Progress& progress) {
+  std::vector<ViewRays> rays;
+  for (const RigPoses& watcher : united.watchers) {
+    std::vector<ViewRays> seen = CollectCloudRays(watcher.poses, watcher.rig, united.map.dense,
+                                                  voxel_m, united.map.occupancy, progress);
+    std::move(seen.begin(), seen.end(), std::back_inserter(rays));
+  }
+  return rays;
+}
+
+std::vector<ViewCameras> MakeViewCameras(const UnitedMaps& united) {
   std::vector<ViewCameras> cameras;
-  for (const RigPoses& rig : rigs) cameras.push_back(MakeViewCameras(rig));
-  return {std::move(first), found, std::move(rays), std::move(cameras)};
+  for (const RigPoses& watcher : united.watchers) {
+    Views views;
+    for (const StampedPose& pose : watcher.poses) {
+      views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
+    }
+    cameras.emplace_back(views, watcher.rig);
+  }
+  return cameras;
 }
 
 }  // namespace slcmap::mapping

@@ -210,14 +210,11 @@ class Heights {
 
 double Wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
-// A turn of the second, and the heading of the first that becomes x.
-struct Turn {
-  double yaw_rad = 0, heading_rad = 0;
-};
+}  // namespace
 
-std::vector<Turn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
-                            const AlignmentOptions& options) {
-  std::vector<Turn> turns;
+std::vector<PlanTurn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
+                                const AlignmentOptions& options) {
+  std::vector<PlanTurn> turns;
   for (const double to_rad : first.headings_rad) {
     for (const double from_rad : second.headings_rad) {
       for (int quarters = 0; quarters < 4; ++quarters) {
@@ -226,7 +223,7 @@ std::vector<Turn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatu
             std::abs(Wrapped(yaw_rad - options.start->yaw_rad)) > kStartReachYaw_rad) {
           continue;
         }
-        const auto is_same = [&](const Turn& turn) {
+        const auto is_same = [&](const PlanTurn& turn) {
           return std::abs(Wrapped(turn.yaw_rad - yaw_rad)) < kSameTurn_rad;
         };
         if (std::none_of(turns.begin(), turns.end(), is_same)) turns.push_back({yaw_rad, to_rad});
@@ -236,6 +233,8 @@ std::vector<Turn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatu
   return turns;
 }
 
+namespace {
+
 // A shift of less than the sum of both plans is told from one the other way round.
 cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
   const Eigen::Vector2d size = (first.size() + second.size()) / cell_m;
@@ -243,7 +242,7 @@ cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
           cv::getOptimalDFTSize(static_cast<int>(size.y()) + 4)};
 }
 
-std::vector<AlignmentCandidate> ListCandidates(const Turn& turn, const AlignmentFeatures& first,
+std::vector<AlignmentCandidate> ListCandidates(const PlanTurn& turn, const AlignmentFeatures& first,
                                                const AlignmentFeatures& second,
                                                const std::vector<double>& shifts_up_m,
                                                const AlignmentOptions& options,
@@ -293,7 +292,7 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   };
   const std::vector<double> shifts_up_m = Heights(first).FindShifts(Heights(second), is_allowed_up);
   std::vector<AlignmentCandidate> all;
-  const std::vector<Turn> turns = FindTurns(first, second, options);
+  const std::vector<PlanTurn> turns = FindTurns(first, second, options);
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const double from = static_cast<double>(i), count = static_cast<double>(turns.size());
     const auto candidates = ListCandidates(turns[i], first, second, shifts_up_m, options,

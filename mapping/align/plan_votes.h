@@ -9,6 +9,16 @@
 
 namespace slcmap::inline mapping {
 
+// A turn of the second map, and the heading of the first that becomes x.
+struct PlanTurn {
+  double yaw_rad = 0, heading_rad = 0;
+};
+
+// Those that bring a heading of the second onto one of the first, up to quarter turns; with a rough
+// start those within its reach.
+std::vector<PlanTurn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
+                                const AlignmentOptions& options);
+
 // A place of the second map in the first, to be looked at closely.
 struct AlignmentCandidate {
   RigidTransform T_first_second;

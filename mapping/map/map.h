@@ -161,6 +161,7 @@ struct MergedRun {
   // merged by an earlier version, or of a run without poses.
   std::optional<StampSpan> poses_ns;
   SequenceOptions opened = {};  // as MapSource has it
+  std::string date = {};        // of the recording, YYYY-MM-DD; "": not said
 };
 
 // Where a map came from; a merged one from its first run.

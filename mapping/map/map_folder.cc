@@ -19,6 +19,7 @@
 #include "mapping/map/evidence_files.h"
 #include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
+#include "mapping/map/place_index.h"
 #include "odometry/run/run.h"
 #include "odometry/run/run_json.h"
 #include "odometry/run/run_queries.h"
@@ -49,7 +50,8 @@ std::vector<std::string> ListedNames(bool with_calibration, bool with_plan, bool
   std::vector<std::string> names = {
       kTrajectory, kKeyframes, kPoints,   kCloud,       kDense,
       kDenseCloud, kLines,     kMarks,    kOccupancy,   kProbabilities,
-      kRig,        kOptions,   kPipeFile, kPatternFile, kPointObservationFile};
+      kRig,        kOptions,   kPipeFile, kPatternFile, kPointObservationFile,
+      kPlaceFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -355,6 +357,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WritePipes(path + kPipeFile, map.pipes);
   WritePatterns(path + kPatternFile, map.patterns);
   WriteBuilding(folder->staging(), map.building);
+  WritePlaceIndex(path + kPlaceFile, MakePlaceIndex(map));
   map.occupancy.Write(path + kOccupancy);
   map.occupancy.WriteProbabilities(path + kProbabilities);
   WriteRig(path + kRig, map.rectified_rig);

@@ -249,6 +249,7 @@ MergedRun ParseMergedRun(const std::string& place, const Json& json) {
   const auto p =
       ParsePoint<Eigen::Vector3d>(place + ": position_m", json.at("position_m"), kMaxCoordinate_m);
   run.T_world_run = {ParseTurn(place, json).rotation, p};
+  run.date = json.value("date", "");
   return run;
 }
 
@@ -342,6 +343,7 @@ Json MergedJson(const std::vector<MergedRun>& runs) {
     if (run.poses_ns) item["last_pose_ns"] = run.poses_ns->to_ns;
     item["position_m"] = {p.x(), p.y(), p.z()};
     item["yaw_rad"] = YawOfWorld(run.T_world_run);
+    if (!run.date.empty()) item["date"] = run.date;
   }
   return json;
 }

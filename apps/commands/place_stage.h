@@ -1,0 +1,53 @@
+// Where the maps of several folders lie to each other, as commands ask for it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/core/progress.h"
+#include "mapping/align/map_changes.h"
+#include "mapping/align/place_maps.h"
+#include "mapping/mapping.h"
+
+namespace slcmap::inline commands {
+
+struct MapFolder {
+  std::string path;
+  std::string name;         // in messages
+  std::string storey = {};  // as MapToPlace has it
+  std::string date = {};    // YYYY-MM-DD; "": not said
+};
+
+// What changed between two maps that lie together, whose dates differ. Places are in the world of
+// the first map of their group.
+struct DatedChange {
+  std::size_t group = 0;
+  std::string after, by;  // it was before the change on one day, and after it on the other
+  MapChange change;
+};
+
+struct PlacedFolders {
+  MapPlacement placement;
+  std::vector<DatedChange> changes;  // by date, the largest first
+};
+
+// Places them by their indexes and by what pairs of them have in common; a few maps are held at
+// once. What aligning two maps gave is kept in the file `kept`, if it is not "". Throws DataError,
+// naming the map, for those that cannot be merged and where a run is in two of them.
+PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
+                           const std::string& kept, const Progress& progress);
+
+// placement.json: `placed` says of each run where the map that begins with it lies, by group.
+// Throws OutputError.
+void WritePlacement(const std::string& path, const std::vector<MapFolder>& folders,
+                    const PlacedFolders& placed);
+
+// What of a placement belongs to a map folder. Throws DataError where the file has no such run.
+struct FolderPlace {
+  std::size_t group = 0;
+  RigidTransform T_group_map;
+  std::string date;
+};
+FolderPlace FindPlace(const std::string& placement, const std::string& folder);
+
+}  // namespace slcmap::commands

@@ -1,0 +1,463 @@
+#include "mapping/align/place_maps.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <set>
+
+#include "data/core/math.h"
+#include "mapping/align/map_overlap.h"
+
+namespace slcmap::inline mapping {
+namespace {
+
+using Eigen::Vector3d;
+
+// Pairs that a map is tried with, of those before it; the least where hardly any is likely. Then
+// those of two groups, after which these stay apart.
+constexpr std::size_t kMostPairs = 4, kLeastPairs = 2, kMostPairsOfGroups = 2;
+
+// What a map bends by, so that chains of maps do not close better.
+constexpr double kMapSigma_m = 0.015, kMapSigma_rad = 0.002;
+constexpr double kClosingSigmas = 4;
+
+// Pairs that agree on a place have to be worth as many times those that do not. Two maps that were
+// there, but did not fit, are worth half a pair.
+constexpr double kLeastMajority = 2, kNotFittingWorth = 0.5;
+constexpr double kSharedWalk = 0.5;  // of maps that should fit, and of one that shows a place
+
+// Maps of one storey are nearer to each other in height than this, those of two farther apart.
+constexpr double kHalfStorey_m = 1.5;
+constexpr double kSameTwin_m = 0.5;  // where two maps say that a third is
+
+double TurnBetween_rad(const RigidTransform& a, const RigidTransform& b) {
+  return std::abs(ComputeYaw(a.Inverse() * b));
+}
+
+double Support(const MapAlignment& found) { return found.surfaces_m2 + found.lines_m; }
+
+// Of the place of the alignment's middle, and of its turn.
+struct PairVariance {
+  double shift_m2 = 0, turn_rad2 = 0;
+};
+
+PairVariance VarianceOf(const MapAlignment& found) {
+  const Eigen::Matrix4d covariance = found.information.of_turn_and_shift.inverse();
+  if (!covariance.allFinite()) return {};
+  return {covariance.diagonal().tail<3>().mean(), covariance(0, 0)};
+}
+
+// Least squares over the turns and translations of maps of one group, of what pairs are off by.
+class PairAdjustment {
+ public:
+  PairAdjustment(const std::vector<const AlignedPair*>& pairs, const std::vector<std::size_t>& maps)
+      : pairs_(pairs) {
+    for (std::size_t i = 0; i < maps.size(); ++i) column_[maps[i]] = static_cast<int>(4 * i) - 4;
+  }
+
+  // The first map stays.
+  void Solve(std::vector<PlacedMap>* placed) const {
+    constexpr int kSteps = 5;
+    for (int step = 0; step < kSteps; ++step) Move(placed);
+  }
+
+  // How far the place of a pair's middle by the maps' is from that by the pair, and the turn.
+  static Eigen::Vector4d Residual(const AlignedPair& pair, const std::vector<PlacedMap>& placed) {
+    const RigidTransform& T_pair = pair.found->T_first_second;
+    const RigidTransform T =
+        placed[pair.first].T_group_map.Inverse() * placed[pair.second].T_group_map;
+    const Vector3d& centre = pair.found->information.centre_first;
+    Eigen::Vector4d residual;
+    residual << ComputeYaw(T_pair.Inverse() * T), T * (T_pair.Inverse() * centre) - centre;
+    return residual;
+  }
+
+ private:
+  using Jacobian = Eigen::Matrix4d;  // of turn and translation of a map
+
+  void Move(std::vector<PlacedMap>* placed) const {
+    const auto size = static_cast<Eigen::Index>(4 * (column_.size() - 1));
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+    for (const AlignedPair* pair : pairs_) Add(*pair, *placed, &normal, &gradient);
+    const Eigen::VectorXd step = normal.ldlt().solve(-gradient);
+    if (!step.allFinite()) return;
+    for (const auto& [map, column] : column_) {
+      if (column < 0) continue;
+      RigidTransform& T = (*placed)[map].T_group_map;
+      T = LevelTransform(ComputeYaw(T) + step(column), T.translation + step.segment<3>(column + 1));
+    }
+  }
+
+  void Add(const AlignedPair& pair, const std::vector<PlacedMap>& placed, Eigen::MatrixXd* normal,
+           Eigen::VectorXd* gradient) const {
+    const Eigen::Vector4d residual = Residual(pair, placed);
+    const Eigen::Matrix4d weight = Weight(*pair.found);
+    const Eigen::Matrix3d R_first =
+        placed[pair.first].T_group_map.rotation.toRotationMatrix().transpose();
+    const RigidTransform& T_second = placed[pair.second].T_group_map;
+    const Vector3d centre = pair.found->information.centre_first;
+    const Vector3d p = pair.found->T_first_second.Inverse() * centre;
+    Jacobian by_first = Jacobian::Zero(), by_second = Jacobian::Zero();
+    by_first(0, 0) = -1, by_second(0, 0) = 1;
+    by_first.block<3, 1>(1, 0) = -Vector3d::UnitZ().cross(centre + residual.tail<3>());
+    by_first.block<3, 3>(1, 1) = -R_first;
+    by_second.block<3, 1>(1, 0) = R_first * Vector3d::UnitZ().cross(T_second.rotation * p);
+    by_second.block<3, 3>(1, 1) = R_first;
+    const std::pair<int, const Jacobian*> parts[] = {{column_.at(pair.first), &by_first},
+                                                     {column_.at(pair.second), &by_second}};
+    for (const auto& [row, by_row] : parts) {
+      if (row < 0) continue;
+      gradient->segment<4>(row) += by_row->transpose() * weight * residual;
+      for (const auto& [column, by_column] : parts) {
+        if (column < 0) continue;
+        normal->block<4, 4>(row, column) += by_row->transpose() * weight * *by_column;
+      }
+    }
+  }
+
+  // Maps bend besides what an alignment knows of itself.
+  static Eigen::Matrix4d Weight(const MapAlignment& found) {
+    Eigen::Matrix4d covariance = found.information.of_turn_and_shift.inverse();
+    if (!covariance.allFinite()) covariance.setZero();
+    const double shift_m2 = kMapSigma_m * kMapSigma_m;
+    covariance.diagonal() +=
+        Eigen::Vector4d(kMapSigma_rad * kMapSigma_rad, shift_m2, shift_m2, shift_m2);
+    return covariance.inverse();
+  }
+
+  const std::vector<const AlignedPair*>& pairs_;
+  std::map<std::size_t, int> column_;  // of a map's turn; the first has none
+};
+
+class MapPlacer {
+ public:
+  MapPlacer(const std::vector<MapToPlace>& maps, const AlignPair& align, const Progress& progress)
+      : maps_(maps), align_(align), progress_(progress) {
+    for (const MapToPlace& map : maps) indexed_.emplace_back(map.index);
+  }
+
+  MapPlacement Place() {
+    for (std::size_t map = 1; map < maps_.size(); ++map) TryLikeliest(map);
+    FindGroups();
+    while (TryGroups()) FindGroups();
+    return Finish();
+  }
+
+ private:
+  void Try(std::size_t first, std::size_t second) {
+    progress_.ReportOrStop(static_cast<double>(pairs_.size()) /
+                           static_cast<double>(kMostPairs * maps_.size() + pairs_.size()));
+    if (!tried_.insert({first, second}).second) return;
+    pairs_.push_back(align_(first, second));
+    pairs_.back().first = first;
+    pairs_.back().second = second;
+    const AlignedPair& pair = pairs_.back();
+    spdlog::info("{} and {}: {}", maps_[first].name, maps_[second].name,
+                 pair.found ? fmt::format("{:.0f} m2 and {:.0f} m agree", pair.found->surfaces_m2,
+                                          pair.found->lines_m)
+                            : pair.reason);
+  }
+
+  void TryLikeliest(std::size_t map) {
+    const std::vector<MapPair> overlaps = FindOverlaps(indexed_, map);
+    for (std::size_t i = 0; i < overlaps.size(); ++i) {
+      const bool is_likely = overlaps[i].overlap.log_odds > 0;
+      if (i < kLeastPairs || (i < kMostPairs && is_likely)) {
+        Try(overlaps[i].first, map);
+      } else if (is_likely) {
+        others_.push_back(overlaps[i]);
+      }
+    }
+  }
+
+  // Likely pairs of groups that are apart. False where all that is worth it was tried.
+  bool TryGroups() {
+    std::ranges::stable_sort(others_, std::greater(),
+                             [](const MapPair& pair) { return pair.overlap.log_odds; });
+    for (const MapPair& pair : others_) {
+      const auto groups = std::minmax(placed_[pair.first].group, placed_[pair.second].group);
+      if (groups.first == groups.second || tried_.contains({pair.first, pair.second})) continue;
+      const auto of_groups = std::ranges::count_if(pairs_, [&](const AlignedPair& tried) {
+        return std::minmax(placed_[tried.first].group, placed_[tried.second].group) == groups;
+      });
+      if (static_cast<std::size_t>(of_groups) >= kMostPairsOfGroups) continue;
+      Try(pair.first, pair.second);
+      return true;
+    }
+    return false;
+  }
+
+  // Anew, by all pairs so far: those with most in common first.
+  void FindGroups() {
+    placed_.resize(maps_.size());
+    for (std::size_t i = 0; i < maps_.size(); ++i) placed_[i] = {i, {}};
+    against_.clear();
+    std::vector<const AlignedPair*> found;
+    for (const AlignedPair& pair : pairs_) {
+      if (pair.found) found.push_back(&pair);
+    }
+    std::ranges::stable_sort(found, std::greater(),
+                             [](const AlignedPair* pair) { return Support(*pair->found); });
+    bool has_grown = true;
+    while (has_grown) {
+      has_grown = std::ranges::any_of(found, [&](const AlignedPair* pair) { return Join(*pair); });
+    }
+  }
+
+  // The group of the second in that of the first, as a pair says.
+  RigidTransform BetweenGroups(const AlignedPair& pair) const {
+    return placed_[pair.first].T_group_map * pair.found->T_first_second *
+           placed_[pair.second].T_group_map.Inverse();
+  }
+
+  // Whether the maps of the groups of a pair are now of one.
+  bool Join(const AlignedPair& pair) {
+    const std::size_t first = placed_[pair.first].group, second = placed_[pair.second].group;
+    if (first == second) return false;
+    const RigidTransform T_first_second = BetweenGroups(pair);
+    for (const auto& refusal : {FindTwin(pair), FindContradiction(pair, T_first_second),
+                                FindWrongHeight(first, second, T_first_second)}) {
+      if (refusal.empty()) continue;
+      against_[&pair] = refusal;
+      return false;
+    }
+    const bool is_first_lower = first < second;
+    const RigidTransform T_lower_upper = is_first_lower ? T_first_second : T_first_second.Inverse();
+    const auto [lower, upper] = std::minmax(first, second);
+    for (PlacedMap& map : placed_) {
+      if (map.group == upper) map = {lower, T_lower_upper * map.T_group_map};
+    }
+    return true;
+  }
+
+  std::size_t SizeOf(std::size_t group) const {
+    return static_cast<std::size_t>(std::ranges::count(placed_, group, &PlacedMap::group));
+  }
+
+  // Whether a pair is where others say, within what is known of it and of the maps between.
+  bool Agrees(const AlignedPair& pair, const RigidTransform& T_by_pair,
+              const RigidTransform& T_by_others, const Vector3d& at, std::size_t maps) const {
+    const PairVariance variance = VarianceOf(*pair.found);
+    const double between = 2 + std::log2(static_cast<double>(maps));
+    const double shift_m = std::sqrt(variance.shift_m2 + between * std::pow(kMapSigma_m, 2)),
+                 turn_rad = std::sqrt(variance.turn_rad2 + between * std::pow(kMapSigma_rad, 2));
+    return (T_by_pair * at - T_by_others * at).norm() < kClosingSigmas * shift_m &&
+           TurnBetween_rad(T_by_pair, T_by_others) < kClosingSigmas * turn_rad;
+  }
+
+  // Where in its second's group a pair's middle is.
+  Vector3d MiddleOf(const AlignedPair& pair) const {
+    return placed_[pair.second].T_group_map *
+           (pair.found->T_first_second.Inverse() * pair.found->information.centre_first);
+  }
+
+  // All pairs between two groups, against what one of them says.
+  std::string FindContradiction(const AlignedPair& pair, const RigidTransform& T) const {
+    const std::size_t first = placed_[pair.first].group, second = placed_[pair.second].group;
+    const std::size_t maps = SizeOf(first) + SizeOf(second);
+    double agreeing = 0, differing = 0;
+    const AlignedPair* worst = nullptr;
+    for (const AlignedPair& other : pairs_) {
+      const std::size_t a = placed_[other.first].group, b = placed_[other.second].group;
+      if (std::minmax(a, b) != std::minmax(first, second)) continue;
+      const RigidTransform T_of_groups = a == first ? T : T.Inverse();
+      if (!other.found) {
+        if (!ShouldFit(other, T_of_groups)) continue;
+        differing += kNotFittingWorth * Support(*pair.found);
+      } else if (Agrees(other, BetweenGroups(other), T_of_groups, MiddleOf(other), maps)) {
+        agreeing += Support(*other.found);
+        continue;
+      } else {
+        differing += Support(*other.found);
+      }
+      if (!worst || (other.found && !worst->found)) worst = &other;
+    }
+    if (!worst || agreeing >= kLeastMajority * differing) return "";
+    return fmt::format("found {} and {} {}; expected pairs that agree by more than {:.0f} to one",
+                       maps_[worst->first].name, maps_[worst->second].name,
+                       worst->found ? "to say another place" : "not to fit to each other there",
+                       kLeastMajority);
+  }
+
+  // Two maps that do not fit, although both were there.
+  bool ShouldFit(const AlignedPair& pair, const RigidTransform& T_first_second) const {
+    if (!pair.places.empty()) return false;
+    const RigidTransform T = placed_[pair.first].T_group_map.Inverse() * T_first_second *
+                             placed_[pair.second].T_group_map;
+    return indexed_[pair.first].ShareOfWalk(indexed_[pair.second], T) > kSharedWalk;
+  }
+
+  // The storeys that are said, and the heights that the groups would have.
+  std::string FindWrongHeight(std::size_t first, std::size_t second,
+                              const RigidTransform& T_first_second) const {
+    std::vector<std::pair<std::size_t, double>> heights_m;
+    for (std::size_t i = 0; i < maps_.size(); ++i) {
+      const bool is_second = placed_[i].group == second;
+      if (maps_[i].storey.empty() || (placed_[i].group != first && !is_second)) continue;
+      heights_m.emplace_back(i, indexed_[i].WalkHeight_m() +
+                                    placed_[i].T_group_map.translation.z() +
+                                    (is_second ? T_first_second.translation.z() : 0));
+    }
+    for (const auto& [a, a_m] : heights_m) {
+      for (const auto& [b, b_m] : heights_m) {
+        const bool is_same = maps_[a].storey == maps_[b].storey;
+        if (a >= b || is_same == (std::abs(a_m - b_m) < kHalfStorey_m)) continue;
+        return fmt::format(
+            "found {} of storey {} and {} of storey {} {:.2f} m apart in height, expected {} than "
+            "{} m",
+            maps_[a].name, maps_[a].storey, maps_[b].name, maps_[b].storey, std::abs(a_m - b_m),
+            is_same ? "less" : "more", kHalfStorey_m);
+      }
+    }
+    return "";
+  }
+
+  // Where the second may be in the first by a pair of two, whichever is its first; none where that
+  // is not in question.
+  static std::vector<RigidTransform> PlacesOf(const AlignedPair& pair, std::size_t map) {
+    std::vector<RigidTransform> places = pair.places;
+    if (pair.first != map) return places;
+    for (RigidTransform& T : places) T = T.Inverse();
+    return places;
+  }
+
+  // A third map that has two places for one of the pair, where the other does not tell which.
+  std::string FindTwin(const AlignedPair& pair) const {
+    const std::string &a = maps_[pair.first].storey, &b = maps_[pair.second].storey;
+    if (!a.empty() && a == b) return "";
+    for (const AlignedPair& doubt : pairs_) {
+      if (doubt.places.empty()) continue;
+      for (const std::size_t map : {pair.first, pair.second}) {
+        if (doubt.first != map && doubt.second != map) continue;
+        const std::size_t third = doubt.first == map ? doubt.second : doubt.first;
+        if (third == pair.first || third == pair.second || !IsTwin(pair, map, third, doubt)) {
+          continue;
+        }
+        return fmt::format(
+            "found two places for {} in {}, of which {} tells nothing, as where storeys look "
+            "alike; "
+            "expected maps that tell them apart, or their storeys in a site file",
+            maps_[map].name, maps_[third].name,
+            maps_[map == pair.first ? pair.second : pair.first].name);
+      }
+    }
+    return "";
+  }
+
+  // Whether a map of a pair has places in a third one of which the other map shows one alone, or
+  // has the same ones.
+  bool IsTwin(const AlignedPair& pair, std::size_t map, std::size_t third,
+              const AlignedPair& doubt) const {
+    const std::size_t other = map == pair.first ? pair.second : pair.first;
+    const RigidTransform T_other_map =
+        map == pair.second ? pair.found->T_first_second : pair.found->T_first_second.Inverse();
+    const std::vector<RigidTransform> places = PlacesOf(doubt, map);
+    for (const AlignedPair& tie : pairs_) {
+      if (std::minmax(tie.first, tie.second) != std::minmax(other, third)) continue;
+      if (!tie.places.empty()) return true;
+      if (!tie.found) continue;
+      const RigidTransform T_third_other =
+          tie.second == other ? tie.found->T_first_second : tie.found->T_first_second.Inverse();
+      for (const RigidTransform& T_third_map : places) {
+        const RigidTransform T = T_third_other.Inverse() * T_third_map;
+        const bool is_this = (T.translation - T_other_map.translation).norm() < kSameTwin_m;
+        if (!is_this && indexed_[other].ShareOfWalk(indexed_[map], T) < kSharedWalk) return true;
+      }
+    }
+    return false;
+  }
+
+  MapPlacement Finish() {
+    MapPlacement placement;
+    std::map<std::size_t, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < maps_.size(); ++i) groups[placed_[i].group].push_back(i);
+    double squares_m2 = 0;
+    for (const auto& [group, maps] : groups) {
+      const std::vector<const AlignedPair*> used = PairsWithin(group, maps.size());
+      if (maps.size() > 1) PairAdjustment(used, maps).Solve(&placed_);
+      for (const AlignedPair* pair : used) {
+        squares_m2 += PairAdjustment::Residual(*pair, placed_).tail<3>().squaredNorm();
+      }
+      placement.used += used.size();
+    }
+    placement.closing_m =
+        std::sqrt(squares_m2 / static_cast<double>(std::max<std::size_t>(1, placement.used)));
+    placement.tried = pairs_.size();
+    placement.maps = placed_;
+    placement.apart = ListApart();
+    return placement;
+  }
+
+  // That agree with where the maps of a group are; others are against it.
+  std::vector<const AlignedPair*> PairsWithin(std::size_t group, std::size_t maps) {
+    std::vector<const AlignedPair*> pairs;
+    for (const AlignedPair& pair : pairs_) {
+      if (!pair.found || placed_[pair.first].group != group ||
+          placed_[pair.second].group != group) {
+        continue;
+      }
+      if (Agrees(pair, BetweenGroups(pair), {}, MiddleOf(pair), maps)) {
+        pairs.push_back(&pair);
+        against_.erase(&pair);
+        continue;
+      }
+      const Eigen::Vector4d off = PairAdjustment::Residual(pair, placed_);
+      against_[&pair] = fmt::format(
+          "found them {:.2f} m and {:.1f} degrees off where the other maps have them, expected "
+          "less",
+          off.tail<3>().norm(), std::abs(off(0)) * kDegreesPerRadian);
+    }
+    return pairs;
+  }
+
+  std::vector<PairApart> ListApart() const {
+    std::vector<PairApart> apart;
+    for (const AlignedPair& pair : pairs_) {
+      const auto against = against_.find(&pair);
+      if (against != against_.end()) {
+        apart.push_back({pair.first, pair.second, against->second});
+      } else if (placed_[pair.first].group != placed_[pair.second].group) {
+        apart.push_back({pair.first, pair.second, pair.reason});
+      }
+    }
+    return apart;
+  }
+
+  const std::vector<MapToPlace>& maps_;
+  const AlignPair& align_;
+  const Progress& progress_;
+  std::vector<IndexedMap> indexed_;
+  std::set<std::pair<std::size_t, std::size_t>> tried_;
+  std::vector<AlignedPair> pairs_;
+  std::vector<MapPair> others_;  // that are likely, but were not tried yet
+  std::vector<PlacedMap> placed_;
+  std::map<const AlignedPair*, std::string> against_;  // of pairs that were found: why not
+};
+
+}  // namespace
+
+AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second) {
+  AlignedPair pair;
+  try {
+    pair.found = AlignMaps(first, second, AlignmentOptions());
+  } catch (const AlignmentError& error) {
+    pair.reason = error.what();
+    pair.places = error.places();
+  }
+  return pair;
+}
+
+MapPlacement PlaceMaps(const std::vector<MapToPlace>& maps, const AlignPair& align,
+                       const Progress& progress) {
+  return MapPlacer(maps, align, progress).Place();
+}
+
+}  // namespace slcmap::mapping

@@ -1,0 +1,104 @@
+#include "mapping/map/place_index.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "data/io/csv.h"
+#include "data/io/file.h"
+#include "data/io/map_line.h"
+#include "data/io/trajectory.h"
+#include "odometry/run/run_rows.h"
+
+namespace slcmap::inline mapping {
+namespace {
+
+// Shorter ones are many, and tell little.
+constexpr double kShortestUpright_m = 0.4, kShortestLevel_m = 0.8;
+constexpr double kUprightCosine = 0.98, kLevelCosine = 0.1;
+constexpr double kBetweenPlacesOfWalk_m = 1;
+
+constexpr int kWalk = 0, kEdge = 1;
+
+double VerticalShare(const IndexedEdge& edge) {
+  return std::abs(edge.end_world.z() - edge.start_world.z()) / std::max(edge.Length_m(), 1e-9);
+}
+
+bool IsTelling(const IndexedEdge& edge) {
+  if (edge.IsUpright()) return edge.Length_m() >= kShortestUpright_m;
+  return VerticalShare(edge) < kLevelCosine && edge.Length_m() >= kShortestLevel_m;
+}
+
+PlaceIndex MakeIndex(const std::vector<MapLine>& lines, const Trajectory& poses) {
+  PlaceIndex index;
+  for (const MapLine& line : lines) {
+    const IndexedEdge edge{line.start_world, line.end_world};
+    if (IsTelling(edge)) index.edges.push_back(edge);
+  }
+  for (const StampedPose& pose : poses) {
+    const Eigen::Vector3d& p = pose.T_world_imu.translation;
+    if (index.walk_world.empty() ||
+        (p - index.walk_world.back()).norm() >= kBetweenPlacesOfWalk_m) {
+      index.walk_world.push_back(p);
+    }
+  }
+  return index;
+}
+
+const CsvColumns& PlaceColumns() {
+  using Kind = CsvColumn::Kind;
+  static const CsvColumns columns = [] {
+    CsvColumns all = {{"is_edge", Kind::kInteger, 0, 1}};
+    for (const char* name :
+         {"start_x_m", "start_y_m", "start_z_m", "end_x_m", "end_y_m", "end_z_m"}) {
+      all.push_back({name, Kind::kNumber, -kMaxCoordinate_m, kMaxCoordinate_m});
+    }
+    return all;
+  }();
+  return columns;
+}
+
+std::string RowOf(int kind, const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
+  return fmt::format("{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f}\n", kind, start.x(), start.y(),
+                     start.z(), end.x(), end.y(), end.z());
+}
+
+Eigen::Vector3d PointAt(const CsvTable& row, std::size_t column) {
+  return {row.Number(0, column), row.Number(0, column + 1), row.Number(0, column + 2)};
+}
+
+}  // namespace
+
+bool IndexedEdge::IsUpright() const { return VerticalShare(*this) > kUprightCosine; }
+
+PlaceIndex MakePlaceIndex(const MapResult& map) { return MakeIndex(map.lines, map.trajectory); }
+
+void WritePlaceIndex(const std::string& path, const PlaceIndex& index) {
+  std::string text = CsvHeader(PlaceColumns()) + "\n";
+  for (const Eigen::Vector3d& p : index.walk_world) text += RowOf(kWalk, p, p);
+  for (const IndexedEdge& edge : index.edges)
+    text += RowOf(kEdge, edge.start_world, edge.end_world);
+  WriteFile(path, text);
+}
+
+PlaceIndex ReadPlaceIndex(const std::string& folder) {
+  const std::string path = folder + "/" + kPlaceFile;
+  if (!std::filesystem::exists(path)) {
+    return MakeIndex(ReadMapLines(folder + "/lines.ply"),
+                     ReadTumTrajectory(folder + "/trajectory.tum"));
+  }
+  PlaceIndex index;
+  CsvTable::ForEach(path, PlaceColumns(), [&](const CsvTable& row) {
+    const IndexedEdge edge{PointAt(row, 1), PointAt(row, 4)};
+    if (row.Int(0, 0) == kWalk) {
+      index.walk_world.push_back(edge.start_world);
+    } else {
+      index.edges.push_back(edge);
+    }
+  });
+  return index;
+}
+
+}  // namespace slcmap::mapping
