@@ -20,6 +20,7 @@ struct ExportOptions {
   IfcOptions ifc;
   ObjOptions obj;
   ColmapOptions colmap;
+  RecordingOptions recording;
   GridOptions grid;
 };
 
