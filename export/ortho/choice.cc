@@ -13,7 +13,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kCell_m = 0.05;
-constexpr double kMostCells = 60000;  // of a face
+constexpr double kMostFaceCells = 60000;  // of a face
 constexpr double kMostDistance_m = 8;
 constexpr double kLeastCosine = 0.17;    // 80 degrees from straight on
 constexpr double kHides_m = 0.08;        // what stands farther before the face hides it
@@ -26,7 +26,7 @@ constexpr std::size_t kMostPhotos = 120;
 
 FaceCells MakeCells(const OrthoFace& face) {
   const double area_m2 = face.box.volume();
-  const double cell_m = std::max(kCell_m, std::sqrt(area_m2 / kMostCells));
+  const double cell_m = std::max(kCell_m, std::sqrt(area_m2 / kMostFaceCells));
   FaceCells cells;
   cells.step_px = std::max(1, static_cast<int>(std::lround(cell_m / face.pixel_m)));
   cells.size = {(face.size.width + cells.step_px - 1) / cells.step_px,

@@ -16,7 +16,7 @@ constexpr double kPixel_m = 0.005;  // what a camera of VGA sees from 2 m
 // Of a face: more than viewers open.
 constexpr int kMostSide_px = 8192;
 constexpr double kMostPixels = 16e6;
-constexpr double kLeastSide_m = 0.2;
+constexpr double kLeastFace_m = 0.2;
 constexpr double kEdge_m = 0.03;  // of openings that is shown
 
 Eigen::AlignedBox2d BoxOf(const std::vector<Polygon>& area) {
@@ -106,7 +106,7 @@ std::vector<OrthoFace> ListFaces(const Building& building) {
     face.canvas = FrontOf(plane);
     face.area = AreaOn(face.canvas, plane, building);
     const Eigen::AlignedBox2d box = BoxOf(face.area);
-    if (box.isEmpty() || box.sizes().minCoeff() < kLeastSide_m) continue;
+    if (box.isEmpty() || box.sizes().minCoeff() < kLeastFace_m) continue;
     SetRaster(box, &face);
     faces.push_back(std::move(face));
   }

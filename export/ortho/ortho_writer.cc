@@ -17,8 +17,8 @@
 namespace slcmap::inline exporting {
 namespace {
 
-constexpr char kFormat[] = "slcmap orthophotos";
-constexpr int kVersion = 1;
+constexpr char kListFormat[] = "slcmap orthophotos";
+constexpr int kListVersion = 1;
 constexpr double kLeastShare = 0.01;       // of a face, that is worth a file
 constexpr int kMostTextureSide_px = 2048;  // what all graphics cards take
 
@@ -138,7 +138,7 @@ std::vector<std::string> OrthoWriter::Write(const std::string& folder, const Map
     throw StoppedError("interrupted");
   }
   reader.Check();
-  Json json = {{"format", kFormat}, {"version", kVersion}, {"map", map.id}};
+  Json json = {{"format", kListFormat}, {"version", kListVersion}, {"map", map.id}};
   json["faces"] = Json::array();
   std::vector<std::string> paths = {own + "/orthophotos.json"};
   for (WrittenFace& face : written) {

@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kDepthStep_px = 8;  // of the rectified image to one of the depth
-constexpr double kLeastDepth_m = 0.1;
+constexpr double kNearest_m = 0.1;
 constexpr double kPoint_m = 0.06;    // edge of the cubes that dense points are thinned to
 constexpr double kOnPlane_m = 0.06;  // nearer points are the plane's
 constexpr double kMostDepth_m = 8;   // beyond it points hide little
@@ -128,14 +128,14 @@ class DepthPainter {
       const double along = blocker.plane->normal.dot(ray);
       if (std::abs(along) < 1e-6) continue;
       const double at_m = (blocker.plane->offset_m - blocker.plane->normal.dot(centre)) / along;
-      if (at_m < kLeastDepth_m || at_m >= depth_m || !blocker.Covers(centre + at_m * ray)) continue;
+      if (at_m < kNearest_m || at_m >= depth_m || !blocker.Covers(centre + at_m * ray)) continue;
       depth_m = static_cast<float>(at_m);
     }
   }
 
   // As large as its cube, and at least a pixel more on all sides.
   void AddPoint(const Vector3d& p_camera) {
-    if (p_camera.z() < kLeastDepth_m || p_camera.z() > kMostDepth_m) return;
+    if (p_camera.z() < kNearest_m || p_camera.z() > kMostDepth_m) return;
     const auto pixel_px = camera_.Project(p_camera);
     if (!pixel_px || !camera_.Contains(*pixel_px)) return;
     const int reach =
