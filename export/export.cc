@@ -12,6 +12,7 @@
 #include "data/io/json.h"
 #include "data/io/yaml.h"
 #include "export/cad/cad_writers.h"
+#include "export/ortho/ortho_writer.h"
 #include "export/plan/plan_writer.h"
 #include "export/scene/map_writer.h"
 #include "export/scene/scene.h"
@@ -91,8 +92,12 @@ void RemoveOthers(const std::string& folder, const std::set<std::string>& last,
 // A writer for each format there is, with its options.
 std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
   const auto scene = std::make_shared<SceneOfMap>(options.scene);
+  const auto textures = std::make_shared<std::vector<FaceTexture>>();
   std::vector<std::unique_ptr<MapWriter>> writers;
-  writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
+  // First, as the scene shows its images.
+  writers.push_back(std::make_unique<OrthoWriter>(options.recording, textures));
+  writers.push_back(
+      std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf, textures));
   writers.push_back(std::make_unique<PlySceneWriter>(scene, options.ply));
   writers.push_back(std::make_unique<CloudWriter>(options.ply));
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
@@ -100,7 +105,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
   writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s, options.obj));
   writers.push_back(std::make_unique<IfcWriter>(options.ifc));
-  writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
+  writers.push_back(std::make_unique<ColmapWriter>(options.colmap, options.recording));
   writers.push_back(std::make_unique<LimapWriter>());
   writers.push_back(std::make_unique<GridWriter>(options.grid));
   writers.push_back(std::make_unique<LasWriter>(options.las));
@@ -116,8 +121,8 @@ std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& optio
   std::vector<std::unique_ptr<MapWriter>> writers = MakeMapWriters(options);
   const std::vector<std::string>& wanted = options.formats;
   std::erase_if(writers, [&](const std::unique_ptr<MapWriter>& writer) {
-    return !wanted.empty() &&
-           std::find(wanted.begin(), wanted.end(), writer->Format()) == wanted.end();
+    if (wanted.empty()) return !writer->IsWrittenByDefault();
+    return std::find(wanted.begin(), wanted.end(), writer->Format()) == wanted.end();
   });
   return writers;
 }
@@ -216,6 +221,13 @@ void CheckFormats(const ExportOptions& options) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;
     throw ConfigError(fmt::format("format: found '{}', expected one of {}{}", format,
                                   fmt::join(known, ", "), DidYouMean(format, known)));
+  }
+  const bool reads_images = !options.colmap.images.empty() ||
+                            std::ranges::find(options.formats, "ortho") != options.formats.end();
+  if (!options.recording.sequence.empty() && !reads_images) {
+    throw ConfigError(
+        "sequence: found no format that needs the recording, expected --format ortho or "
+        "--colmap-images");
   }
   const bool has_sections = !options.plan.sections.empty() || !options.plan.elevations.empty();
   const auto draws = [](const std::string& format) {

@@ -21,6 +21,7 @@ struct ExportOptions {
   IfcOptions ifc;
   ObjOptions obj;
   ColmapOptions colmap;
+  RecordingOptions recording;
   GridOptions grid;
   LasOptions las;
 };

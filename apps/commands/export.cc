@@ -37,7 +37,7 @@ void Export(ExportArguments arguments) {
   OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   output.Open();
-  arguments.options.colmap.calibration = arguments.map + "/calibration.yaml";
+  arguments.options.recording.calibration = arguments.map + "/calibration.yaml";
   arguments.options.tiles.page = FindTilesPage();
   const Progress progress = StageProgress("export");
   for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
@@ -58,11 +58,10 @@ void AddExportCommand(CLI::App& app) {
       ->required();
   AddExportOptions(*command, &arguments->options);
   command
-      ->add_option("--sequence", arguments->options.colmap.sequence,
-                   "Where the recording of --colmap-images is, if not where it was when the map "
-                   "was made")
-      ->type_name("SEQ")
-      ->needs(command->get_option("--colmap-images"));
+      ->add_option("--sequence", arguments->options.recording.sequence,
+                   "Where the recording of --format ortho and --colmap-images is, if not where it "
+                   "was when the map was made")
+      ->type_name("SEQ");
   command->add_flag("--accept-changed", arguments->accept_changed,
                     "Also take files that are not as map wrote them, and a map of another run than "
                     "that beside it; values are checked in any case");
@@ -75,7 +74,8 @@ void AddExportCommand(CLI::App& app) {
 void AddExportOptions(CLI::App& command, ExportOptions* options) {
   command
       .add_option("--format", options->formats,
-                  fmt::format("Formats, of {} (default: all)", fmt::join(ExportFormats(), ", ")))
+                  fmt::format("Formats, of {} (default: all but ortho, which needs the recording)",
+                              fmt::join(ExportFormats(), ", ")))
       ->delimiter(',');
   command
       .add_option("--max-vertices", options->scene.max_vertices,

@@ -130,7 +130,7 @@ void RunAll(const RunArguments& arguments) {
   map_folder.reset();
   const MapResult map = ReadMapFolder(output + "/map");
   ExportOptions exporting = arguments.exporting;
-  exporting.colmap.calibration = output + "/map/calibration.yaml";
+  exporting.recording.calibration = output + "/map/calibration.yaml";
   exporting.tiles.page = FindTilesPage();
   const std::vector<std::string> files = Timed(
       "export", [&] { return ExportMap(map, &export_folder, exporting, StageProgress("export")); });

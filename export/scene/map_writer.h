@@ -21,6 +21,9 @@ class MapWriter {
 
   virtual std::string Format() const = 0;  // as named on the command line, such as "dxf"
 
+  // False: only where it is asked for by its name, as it needs more than the map.
+  virtual bool IsWrittenByDefault() const { return true; }
+
   // All that it may write into a folder: names of files, and of folders of its own.
   virtual std::vector<std::string> Names() const = 0;
 

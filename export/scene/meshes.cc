@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "data/core/polygon.h"
+#include "export/scene/plane_canvas.h"
 #include "export/scene/scene.h"
 
 namespace slcmap::inline exporting {
@@ -202,15 +203,6 @@ Colour Lit(const Colour& colour, const Vector3d& normal) {
   return Shade(colour, 0.74 + 0.25 * normal.dot(light));
 }
 
-// A plane in space: x and y of a polygon go along two directions, which are square to each other.
-struct Canvas {
-  Vector3d origin = Vector3d::Zero(), x = Vector3d::UnitX(), y = Vector3d::UnitY();
-
-  Vector3d At(const Vector2d& p) const { return origin + p.x() * x + p.y() * y; }
-  Vector2d Of(const Vector3d& p) const { return {(p - origin).dot(x), (p - origin).dot(y)}; }
-  Vector3d Normal() const { return x.cross(y); }
-};
-
 uint32_t AddVertex(const Vector3d& p, const Colour& colour, MeshLayer* layer) {
   layer->vertices.Add(p, colour);
   return static_cast<uint32_t>(layer->vertices.size() - 1);
@@ -279,25 +271,6 @@ PlanPoints MakeRectangle(const Eigen::AlignedBox2d& box) {
   return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
 }
 
-PlanPoints PointsOn(const Canvas& canvas, const std::vector<Vector3d>& points_world) {
-  PlanPoints points;
-  for (const Vector3d& p : points_world) points.push_back(canvas.Of(p));
-  return points;
-}
-
-Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Building& building) {
-  if (plane.kind != PlaneKind::kFloor && plane.kind != PlaneKind::kCeiling) {
-    return {PointsOn(canvas, plane.outline_world), {}};
-  }
-  Polygon outline = LevelOutline(plane, building);
-  const auto move = [&](PlanPoints* points) {
-    for (Vector2d& p : *points) p = canvas.Of({p.x(), p.y(), plane.offset_m / plane.normal.z()});
-  };
-  move(&outline.outline);
-  for (PlanPoints& hole : outline.holes) move(&hole);
-  return outline;
-}
-
 }  // namespace
 
 void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& colour,
@@ -352,11 +325,7 @@ void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Co
   canvas.origin = plane.offset_m * plane.normal;
   canvas.x = plane.normal.unitOrthogonal();
   canvas.y = plane.normal.cross(canvas.x);
-  std::vector<PlanPoints> openings;
-  for (const PlaneOpening& opening : plane.openings) {
-    openings.push_back(PointsOn(canvas, opening.outline_world));
-  }
-  for (const Polygon& part : Difference(OutlineOn(canvas, plane, building), openings)) {
+  for (const Polygon& part : AreaOn(canvas, plane, building)) {
     AddFace(part, canvas, Lit(colour, plane.normal), layer);
   }
 }

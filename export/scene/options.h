@@ -76,10 +76,14 @@ struct TilesOptions {
 };
 
 struct ColmapOptions {
-  std::string images;       // "": none, "rectified": the model's, as its cameras would have them
-  std::string sequence;     // where the recording moved to; "" where the map says it is
+  std::string images;  // "": none, "rectified": the model's, as its cameras would have them
+  void Check() const;  // throws ConfigError
+};
+
+// Of formats that need the images of the recording.
+struct RecordingOptions {
+  std::string sequence;     // where it moved to; "" where the map says it is
   std::string calibration;  // that of the map, as its folder has it; "" or missing: the recording's
-  void Check() const;       // throws ConfigError
 };
 
 }  // namespace slcmap::exporting

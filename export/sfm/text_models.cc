@@ -110,7 +110,7 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
                                     model + "/points3D.txt"};
   if (!options_.images.empty()) {
     const std::vector<std::string> written =
-        WriteRectifiedImages(model + "/images", map, images, options_, progress.Part(0.6, 1));
+        WriteRectifiedImages(model + "/images", map, images, recording_, progress.Part(0.6, 1));
     paths.insert(paths.end(), written.begin(), written.end());
   }
   progress.ReportOrStop(1);

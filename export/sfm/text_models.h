@@ -18,7 +18,8 @@ namespace slcmap::inline exporting {
 // cameras has points alone.
 class ColmapWriter : public MapWriter {
  public:
-  explicit ColmapWriter(const ColmapOptions& options = {}) : options_(options) {}
+  explicit ColmapWriter(const ColmapOptions& options = {}, const RecordingOptions& recording = {})
+      : options_(options), recording_(recording) {}
   std::string Format() const override { return "colmap"; }
   std::vector<std::string> Names() const override { return {"colmap"}; }
   std::vector<std::string> Write(const std::string& folder, const MapResult& map,
@@ -26,6 +27,7 @@ class ColmapWriter : public MapWriter {
 
  private:
   ColmapOptions options_;
+  RecordingOptions recording_;
 };
 
 // Lines as limap's text files.

@@ -37,6 +37,11 @@ class GltfModel {
   void AddLayer(const std::string& path, const Vertices& vertices,
                 const std::vector<uint32_t>& indices, int mode,
                 const tinygltf::Value::Object& extras = {});
+  // Adds a node whose triangles show an image by the places of their vertices on it, of which (0,
+  // 0) is the upper left corner.
+  void AddTextured(const std::string& path, const Vertices& vertices,
+                   const std::vector<uint32_t>& indices, const std::vector<Eigen::Vector2f>& places,
+                   const std::string& png);
   // What the scene is of, and where it lies: z is up there, as in the map.
   void SetOrigin(const MapScene& scene);
 
@@ -49,6 +54,7 @@ class GltfModel {
  private:
   int NodeAt(const std::string& path);
   int UnlitMaterial();
+  int TextureMaterial(const std::string& name, const std::string& png);
   template <typename T>
   int AddAccessor(const std::vector<T>& values, int target, tinygltf::Accessor accessor,
                   std::size_t stride = 0);
@@ -169,17 +175,77 @@ void GltfModel::Use(const char* extension, bool required) {
   if (required) model_.extensionsRequired.push_back(extension);
 }
 
-int GltfModel::UnlitMaterial() {
-  if (!model_.materials.empty()) return 0;
+void GltfModel::AddTextured(const std::string& path, const Vertices& vertices,
+                            const std::vector<uint32_t>& indices,
+                            const std::vector<Eigen::Vector2f>& places, const std::string& png) {
+  if (indices.empty()) return;
+  tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(NodeAt(path))];
+  std::vector<std::array<float, 2>> rows;
+  for (const Eigen::Vector2f& place : places) rows.push_back({place.x(), place.y()});
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.type = TINYGLTF_TYPE_VEC2;
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.attributes["POSITION"] =
+      quantised_ ? AddQuantised(vertices, &node) : AddPositions(vertices);
+  primitive.attributes["TEXCOORD_0"] = AddAccessor(rows, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
+  primitive.indices = AddIndices(indices);
+  primitive.material = TextureMaterial(path, png);
+  tinygltf::Mesh mesh;
+  mesh.name = path;
+  mesh.primitives.push_back(primitive);
+  node.mesh = static_cast<int>(model_.meshes.size());
+  model_.meshes.push_back(mesh);
+}
+
+namespace {
+
+tinygltf::Material MakeUnlit(const std::string& name) {
   tinygltf::Material material;
-  material.name = "unlit";
+  material.name = name;
   material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
   // For viewers that do not know the extension.
   material.pbrMetallicRoughness.metallicFactor = 0;
   material.pbrMetallicRoughness.roughnessFactor = 1;
-  model_.materials.push_back(material);
+  return material;
+}
+
+}  // namespace
+
+int GltfModel::UnlitMaterial() {
+  if (!model_.materials.empty()) return 0;  // the first that was added
+  model_.materials.push_back(MakeUnlit("unlit"));
   Use("KHR_materials_unlit", false);
   return 0;
+}
+
+int GltfModel::TextureMaterial(const std::string& name, const std::string& png) {
+  UnlitMaterial();
+  tinygltf::BufferView view;
+  view.buffer = 0;
+  view.byteOffset = buffer_.size();
+  view.byteLength = png.size();
+  buffer_.insert(buffer_.end(), png.begin(), png.end());
+  buffer_.resize((buffer_.size() + 3) / 4 * 4);
+  tinygltf::Image image;
+  image.name = name;
+  image.mimeType = "image/png";
+  image.bufferView = static_cast<int>(model_.bufferViews.size());
+  model_.bufferViews.push_back(view);
+  tinygltf::Sampler sampler;
+  sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+  if (model_.samplers.empty()) model_.samplers.push_back(sampler);
+  tinygltf::Texture texture;
+  texture.sampler = 0;
+  texture.source = static_cast<int>(model_.images.size());
+  model_.images.push_back(image);
+  tinygltf::Material material = MakeUnlit(name);
+  material.alphaMode = "MASK";
+  material.pbrMetallicRoughness.baseColorTexture.index = static_cast<int>(model_.textures.size());
+  model_.textures.push_back(texture);
+  model_.materials.push_back(material);
+  return static_cast<int>(model_.materials.size()) - 1;
 }
 
 template <typename T>
@@ -422,6 +488,31 @@ class GltfLayers {
     }
   }
 
+  // Lifted off their planes, so that these do not shine through.
+  void AddTextures(const std::vector<FaceTexture>& textures) {
+    constexpr double kLift_m = 0.003;
+    for (const FaceTexture& texture : textures) {
+      const BuildingPlane& plane = map_.building.planes[static_cast<std::size_t>(texture.plane_id)];
+      const Canvas& canvas = texture.canvas;
+      Vertices vertices;
+      std::vector<uint32_t> indices;
+      std::vector<Eigen::Vector2f> places;
+      for (const Polygon& part : AreaOn(canvas, plane, map_.building)) {
+        for (const PlanTriangle& triangle : Triangulate(part)) {
+          for (const Eigen::Vector2d& p : triangle) {
+            indices.push_back(static_cast<uint32_t>(vertices.size()));
+            vertices.Add(canvas.At(p) + kLift_m * canvas.Normal(), kPlaneColour);
+            const Eigen::Vector2d share = p.cwiseQuotient(texture.size_m);
+            places.push_back(Eigen::Vector2d(share.x(), 1 - share.y()).cast<float>());
+          }
+        }
+      }
+      const auto storey = StoreyOfId(map_.building, plane.storey);
+      model_->AddTextured(StoreyPath("orthophotos", map_.building, storey) + "/" + texture.name,
+                          vertices, indices, places, texture.png);
+    }
+  }
+
  private:
   void AddMesh(const std::string& path, const MeshLayer& layer, const Extras& extras) {
     model_->AddLayer(path, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES, extras);
@@ -502,6 +593,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   layers.AddPipes();
   layers.AddWalls();
   layers.AddPlanes();
+  if (textures_) layers.AddTextures(*textures_);
   progress.ReportOrStop(0.75);
   const std::string path = folder + "/scene.glb";
   const std::string bytes = BytesOf(&model);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "export/scene/options.h"
+#include "export/scene/plane_canvas.h"
 #include "export/scene/scene.h"
 
 namespace slcmap::inline exporting {
@@ -20,8 +21,14 @@ namespace slcmap::inline exporting {
 // SceneOptions::max_vertices: dense points beyond are thinned.
 class GltfWriter : public MapWriter {
  public:
-  GltfWriter(std::shared_ptr<SceneOfMap> scene, int max_vertices, const GltfOptions& options)
-      : scene_(std::move(scene)), max_vertices_(max_vertices), options_(options) {}
+  // `textures` are looked at when it writes; they become the layer "orthophotos", just before the
+  // walls and floors that they are of.
+  GltfWriter(std::shared_ptr<SceneOfMap> scene, int max_vertices, const GltfOptions& options,
+             std::shared_ptr<const std::vector<FaceTexture>> textures = nullptr)
+      : scene_(std::move(scene)),
+        max_vertices_(max_vertices),
+        options_(options),
+        textures_(std::move(textures)) {}
   std::string Format() const override { return "glb"; }
   std::vector<std::string> Names() const override { return {"scene.glb"}; }
   std::vector<std::string> Write(const std::string& folder, const MapResult& map,
@@ -31,6 +38,7 @@ class GltfWriter : public MapWriter {
   std::shared_ptr<SceneOfMap> scene_;
   int max_vertices_;
   GltfOptions options_;
+  std::shared_ptr<const std::vector<FaceTexture>> textures_;
 };
 
 // Parts of a map as GLB files of their own, as scene.glb has them.

@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "data/core/error.h"
-#include "export/sfm/model.h"
+#include "export/sfm/recorded_images.h"
 
 namespace slcmap::inline exporting {
 namespace {
