@@ -265,6 +265,32 @@ void RunBuildingStage(std::vector<ViewRays> rays, const std::vector<ViewCameras>
                CountDense(*map));
 }
 
+// Planes, rooms and walls of a run without stereo images: from its lines and points, and the rays
+// to them.
+void BuildFromLines(const OdometryRun& run, const MappingOptions& options, const Progress& progress,
+                    MapResult* map) {
+  constexpr float kSigmaOfRays_m = 0.05F;
+  std::vector<ViewRays> rays;
+  for (const RayBundle& bundle : KeyframeRays(run, map->points)) {
+    ViewRays& of_view = rays.emplace_back();
+    of_view.p_world_camera = bundle.p_world_camera;
+    for (const Eigen::Vector3d& p : bundle.p_world) of_view.p_world.push_back(p.cast<float>());
+    of_view.sigma_m.assign(of_view.p_world.size(), kSigmaOfRays_m);
+  }
+  BuildingInput input = MakeBuildingInput(*map, std::move(rays));
+  for (const MapPoint& point : map->points) {
+    input.points.push_back({point.p_world, Eigen::Vector3d::Zero(), point.sigma_m});
+  }
+  try {
+    map->building = BuildBuilding(input, options.building, progress.Part(0, 0.8));
+    AddJunctions(options.junctions, progress.Part(0.8, 1), map);
+  } catch (const StoppedError&) {
+    spdlog::debug("the building was interrupted");
+  }
+  spdlog::info("building of lines and points: {} walls, {} planes, {} rooms",
+               map->building.walls.size(), map->building.planes.size(), map->building.rooms.size());
+}
+
 // Poses, points and lines of a run are right for such images; their pixels are taken as if they
 // were exposed at the stamp.
 void WarnOfRows(const OdometryRun& run, MapResult* map) {
@@ -343,7 +369,10 @@ MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
     map.lines = SelectLines(run, options.run_lines);
     map.line_evidence = CollectEvidence(map.lines, run);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                                 watched.Part(kFilteredUntil, 1));
+                                 watched.Part(kFilteredUntil, kPipesUntil));
+    if (options.stages.building && !IsStereo(run.rectified_rig)) {
+      BuildFromLines(run, options, watched.Part(kPipesUntil, 1), &map);
+    }
   }
   FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = CollectObservations(map.points, run, map.rectified_rig);
@@ -414,7 +443,9 @@ std::optional<RecordedViews> OpenViews(const MapInput& input, const OdometryRun&
   if (HasImages(input, run)) return ViewsOfRun(run, input.recording, cache);
   if (!input.sparse && !run.keyframes.empty()) {
     spdlog::warn("{}: a run {} is mapped from its landmarks alone", input.name,
-                 run.source ? "of one camera" : "that does not say where its images are");
+                 !run.source                       ? "that does not say where its images are"
+                 : LooksApart(run.source->raw_rig) ? "of cameras that look apart"
+                                                   : "of one camera");
   }
   return std::nullopt;
 }

@@ -23,7 +23,7 @@ constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
 Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   options.Check();
   rig.cameras[0].Check("left camera");
-  if (IsStereo(rig)) rig.cameras[1].Check("right camera");
+  if (HasTwoCameras(rig)) rig.cameras[1].Check(IsStereo(rig) ? "right camera" : "second camera");
   return rig;
 }
 
@@ -55,43 +55,168 @@ class RectifiedPair {
   std::function<cv::Mat()> rectify_right_;
 };
 
-class TrackedPoints final : public PointSource {
- public:
-  TrackedPoints(PointTracker* tracker, RectifiedPair* pair) : tracker_(tracker), pair_(pair) {}
-  const std::vector<PointObservation>& observations() const override {
-    return tracker_->observations();
+// Of two cameras that look apart each is followed by a tracker of its own. Outside, what the first
+// one follows has even ids and what the second one does odd ones.
+int64_t OutsideId(int64_t id, int camera) { return 2 * id + camera; }
+int CameraOfId(int64_t outside_id) { return static_cast<int>(outside_id % 2); }
+int64_t IdInTracker(int64_t outside_id) { return outside_id / 2; }
+
+std::unordered_set<int64_t> IdsInTracker(const std::unordered_set<int64_t>& ids, int camera) {
+  std::unordered_set<int64_t> own;
+  for (const int64_t id : ids) {
+    if (CameraOfId(id) == camera) own.insert(IdInTracker(id));
   }
-  void Detect() override { tracker_->Detect(pair_->right(), rows_move_px_); }
-  // By how much points may be off their rows in right images.
-  void SetRowsMove(double rows_move_px) { rows_move_px_ = rows_move_px; }
-  void Remove(const std::unordered_set<int64_t>& ids) override { tracker_->Remove(ids); }
-  void Reset() override { tracker_->Reset(); }
+  return own;
+}
+
+// One tracker, or two of cameras that look apart, whose observations it joins.
+template <typename Tracker, typename Observation>
+class Trackers {
+ public:
+  // The rotation of the second camera from the first.
+  Trackers(const Rig& rig, bool two)
+      : R_second_first_(rig.T_imu_camera[1].rotation.conjugate() * rig.T_imu_camera[0].rotation),
+        two_(two) {}
+
+  template <typename... Arguments>
+  void Add(const Arguments&... arguments) {
+    trackers_.push_back(std::make_unique<Tracker>(arguments...));
+  }
+
+  bool two() const { return two_; }
+  Tracker& of(int camera) { return *trackers_[camera]; }
+  // Turns of the second camera, and directions in it, from those of the first.
+  Eigen::Quaterniond ToSecond(const Eigen::Quaterniond& turn_of_first) const {
+    return R_second_first_ * turn_of_first * R_second_first_.conjugate();
+  }
+  std::vector<Eigen::Vector3d> ToSecond(std::vector<Eigen::Vector3d> directions) const {
+    for (Eigen::Vector3d& direction : directions) direction = R_second_first_ * direction;
+    return directions;
+  }
+
+  const std::vector<Observation>& observations() const {
+    return two_ ? joined_ : trackers_[0]->observations();
+  }
+  // Once they have seen their images; `sees_second`: there was one of the second camera.
+  void Join(bool sees_second) {
+    joined_.clear();
+    for (int camera = 0; camera < (sees_second ? 2 : 1); ++camera) {
+      for (Observation seen : trackers_[camera]->observations()) {
+        seen.id = OutsideId(seen.id, camera);
+        seen.camera = camera;
+        joined_.push_back(seen);
+      }
+    }
+    std::ranges::sort(joined_, {}, &Observation::id);
+  }
+
+  void Remove(const std::unordered_set<int64_t>& ids) {
+    if (!two_) return trackers_[0]->Remove(ids);
+    for (int camera = 0; camera < 2; ++camera) trackers_[camera]->Remove(IdsInTracker(ids, camera));
+    std::erase_if(joined_, [&](const Observation& seen) { return ids.contains(seen.id); });
+  }
+  void Reset() {
+    for (const auto& tracker : trackers_) tracker->Reset();
+    joined_.clear();
+  }
 
  private:
-  PointTracker* tracker_;
+  Eigen::Quaterniond R_second_first_;
+  bool two_;
+  std::vector<std::unique_ptr<Tracker>> trackers_;
+  std::vector<Observation> joined_;  // of two, by id
+};
+
+class TrackedPoints final : public PointSource {
+ public:
+  TrackedPoints(const PointTrackerOptions& options, const Rectifier& rectifier, bool two,
+                RectifiedPair* pair)
+      : trackers_(rectifier.rectified_rig(), two), pair_(pair) {
+    for (int camera = 0; camera < (two ? 2 : 1); ++camera) {
+      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(camera));
+    }
+  }
+  void Track(const Eigen::Quaterniond& R_now_previous) {
+    trackers_.of(0).Track(pair_->left(), R_now_previous);
+    if (!trackers_.two()) return;
+    const cv::Mat& second = pair_->right();
+    if (second.empty()) {
+      trackers_.of(1).Reset();
+    } else {
+      trackers_.of(1).Track(second, trackers_.ToSecond(R_now_previous));
+    }
+    trackers_.Join(true);
+  }
+  const std::vector<PointObservation>& observations() const override {
+    return trackers_.observations();
+  }
+  void Detect() override {
+    if (!trackers_.two()) return trackers_.of(0).Detect(pair_->right(), rows_move_px_);
+    trackers_.of(0).Detect(cv::Mat());
+    if (!pair_->right().empty()) trackers_.of(1).Detect(cv::Mat());
+    trackers_.Join(true);
+  }
+  // By how much points may be off their rows in right images.
+  void SetRowsMove(double rows_move_px) { rows_move_px_ = rows_move_px; }
+  void Remove(const std::unordered_set<int64_t>& ids) override { trackers_.Remove(ids); }
+  void Reset() override { trackers_.Reset(); }
+
+ private:
+  Trackers<PointTracker, PointObservation> trackers_;
   RectifiedPair* pair_;
   double rows_move_px_ = 0;
 };
 
 class TrackedLines final : public LineSource {
  public:
-  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier, RectifiedPair* pair)
-      : tracker_(options, rectifier.rectified_rig(), rectifier.mask(0), rectifier.mask(1)),
-        pair_(pair) {}
+  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier, bool two,
+               RectifiedPair* pair)
+      : trackers_(rectifier.rectified_rig(), two), pair_(pair) {
+    for (int camera = 0; camera < (two ? 2 : 1); ++camera) {
+      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(camera), rectifier.mask(1));
+    }
+  }
   void Track(const Eigen::Quaterniond& R_now_previous,
              const std::vector<LinePrediction>& predictions,
              const std::vector<Eigen::Vector3d>& axes_camera) override {
-    tracker_.Track(pair_->left(), pair_->right(), R_now_previous, predictions, axes_camera);
+    if (!trackers_.two()) {
+      trackers_.of(0).Track(pair_->left(), pair_->right(), R_now_previous, predictions,
+                            axes_camera);
+      return;
+    }
+    trackers_.of(0).Track(pair_->left(), cv::Mat(), R_now_previous, OfCamera(0, predictions),
+                          axes_camera);
+    turn_of_second_ = trackers_.ToSecond(R_now_previous) * turn_of_second_;
+    const bool sees_second = !pair_->right().empty();
+    if (sees_second) {
+      trackers_.of(1).Track(pair_->right(), cv::Mat(), turn_of_second_, OfCamera(1, predictions),
+                            trackers_.ToSecond(axes_camera));
+      turn_of_second_.setIdentity();
+    }
+    trackers_.Join(sees_second);
   }
   const std::vector<LineObservation>& observations() const override {
-    return tracker_.observations();
+    return trackers_.observations();
   }
-  void Remove(const std::unordered_set<int64_t>& ids) override { tracker_.Remove(ids); }
-  void Reset() override { tracker_.Reset(); }
+  void Remove(const std::unordered_set<int64_t>& ids) override { trackers_.Remove(ids); }
+  void Reset() override { trackers_.Reset(); }
 
  private:
-  LineTracker tracker_;
+  static std::vector<LinePrediction> OfCamera(int camera,
+                                              const std::vector<LinePrediction>& predictions) {
+    std::vector<LinePrediction> own;
+    for (LinePrediction prediction : predictions) {
+      if (prediction.camera != camera) continue;
+      prediction.id = IdInTracker(prediction.id);
+      own.push_back(prediction);
+    }
+    return own;
+  }
+
+  Trackers<LineTracker, LineObservation> trackers_;
   RectifiedPair* pair_;
+  // Since the second camera's last image.
+  Eigen::Quaterniond turn_of_second_ = Eigen::Quaterniond::Identity();
 };
 
 // One camera tells nothing of another.
@@ -109,10 +234,10 @@ class Odometry::Impl {
       : options_(ForRig(options, rig)),
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
-        tracker_(options.points, rectifier_.rectified_rig(), rectifier_.mask(0)),
-        points_(&tracker_, &pair_),
+        two_apart_(UsesTwoCameras(options.method, rig) && LooksApart(rig)),
+        points_(options.points, rectifier_, two_apart_, &pair_),
         lines_(UsesLines(options.method)
-                   ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
+                   ? std::make_unique<TrackedLines>(options.lines, rectifier_, two_apart_, &pair_)
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
     estimator_.SetLensShifts(ComputeLensShifts(rig, rectifier_.rectified_rig()));
@@ -211,6 +336,7 @@ class Odometry::Impl {
 
   // Follows what is known of the right camera, so that points are found along the rows.
   void CorrectRightRectification(int64_t stamp_ns) {
+    if (two_apart_) return;
     if (rig_.right_time_offset_s != 0) {
       TurnRightBack(stamp_ns);
       return;
@@ -267,9 +393,9 @@ class Odometry::Impl {
   }
 
   // Of the current pair; empty where there is none. Called on keyframes only, once, in the
-  // thread of the points or of the lines.
+  // thread of the points or of the lines; of cameras that look apart, while points are tracked.
   cv::Mat RectifiedRight() {
-    if (!UsesRight(options_.method, rig_)) return cv::Mat();
+    if (!UsesTwoCameras(options_.method, rig_)) return cv::Mat();
     const auto& [image, decode_right] = current_;
     const cv::Mat right = image.right.empty() && decode_right ? decode_right() : image.right;
     if (right.empty() && !decode_right) return right;
@@ -277,7 +403,9 @@ class Odometry::Impl {
       Warn("right images left out that were damaged");
       return cv::Mat();
     }
-    if (repeated_right_.Repeats(right) && !estimator_.RestsUntil(StampOnImuClock(image))) {
+    const bool repeats = repeated_right_.Repeats(right);
+    if (repeats && two_apart_) Take(estimator_.FinishKeyframe());
+    if (repeats && !estimator_.RestsUntil(StampOnImuClock(image))) {
       Warn("right images ignored that repeat the one before while the rig moves");
       return cv::Mat();
     }
@@ -287,7 +415,7 @@ class Odometry::Impl {
 
   void TrackPoints(int64_t stamp_ns) {
     const auto timed = estimator_.clock()->Time("point tracking");
-    tracker_.Track(pair_.left(), estimator_.PredictedCameraRotation(stamp_ns));
+    points_.Track(estimator_.PredictedCameraRotation(stamp_ns));
   }
 
   bool Fits(const cv::Mat& image, int camera) const {
@@ -325,7 +453,7 @@ class Odometry::Impl {
   Rectifier rectifier_;
   std::optional<RightCorrection> late_right_;  // of the current pair, where it is taken later
   RectifiedPair pair_;
-  PointTracker tracker_;
+  bool two_apart_;  // cameras, both of which are used
   TrackedPoints points_;
   std::unique_ptr<TrackedLines> lines_;  // null for methods on points alone
   Estimator estimator_;

@@ -46,7 +46,7 @@ std::string ShowCamera(const Camera& camera) {
 std::string CalibrationTable(const Calibration& calibration) {
   const Rig& rig = calibration.rig;
   std::string text = fmt::format("read        {}\n", calibration.source);
-  const int cameras = IsStereo(rig) ? 2 : 1;
+  const int cameras = HasTwoCameras(rig) ? 2 : 1;
   for (size_t i = 0; i < static_cast<size_t>(cameras); ++i) {
     text += fmt::format("cam{}        {}\n", i, ShowCamera(rig.cameras[i]));
     text += fmt::format("T_imu_cam{}  {}\n", i, ShowTransform(rig.T_imu_camera[i]));

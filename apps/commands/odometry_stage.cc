@@ -103,7 +103,7 @@ RunSource GetOrigin(const SequenceSource& source, const ConfiguredOptions& optio
   origin.check_errors = check.errors;
   origin.raw_rig = info.rig;
   origin.opened = info.opened;
-  const bool stereo = IsStereo(info.rig);
+  const bool stereo = HasTwoCameras(info.rig);
   for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
     origin.images.push_back({info.pair_stamps_ns[pair],
                              PathWithin(source.ImagePlace(pair, 0), info.name),
@@ -380,7 +380,9 @@ void LogRealTime(const RunTimings& timings) {
       1e3 * play.latency_median_s, 1e3 * play.latency_95_s);
 }
 
-const char* DescribeImages(const Rig& rig) { return IsStereo(rig) ? "pairs of images" : "images"; }
+const char* DescribeImages(const Rig& rig) {
+  return HasTwoCameras(rig) ? "pairs of images" : "images";
+}
 
 void LogResult(const OdometryRun& run, const SourceInfo& info, double path_length_m,
                const std::string& folder) {
@@ -443,13 +445,14 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   Sequence sequence = OpenPart(arguments);
   output.Open();
   if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono) {
-    spdlog::warn("{}: found one camera, which is used alone: its map has no dense cloud",
-                 sequence.folder);
+    spdlog::warn("{}: found {}: its map has no dense cloud", sequence.folder,
+                 LooksApart(sequence.rig) ? "two cameras that look apart, which are both used"
+                                          : "one camera, which is used alone");
   }
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
-  const bool uses_right = UsesRight(options.odometry.method, sequence.rig);
-  AslSource source(std::move(sequence), {.read_right = uses_right});
+  const bool uses_two = UsesTwoCameras(options.odometry.method, sequence.rig);
+  AslSource source(std::move(sequence), {.read_right = uses_two});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), DescribeImages(info.rig),
                info.calibration);

@@ -85,7 +85,7 @@ class Recording {
                                   Warnings::InWords(left.problem)));
     }
     std::function<cv::Mat()> decode_right;
-    if (IsStereo(info().rig)) {
+    if (HasTwoCameras(info().rig)) {
       decode_right = [shared = shared_, pair] {
         const std::lock_guard lock(shared->mutex);
         return shared->source->ReadImage(pair, 1).image;
@@ -129,7 +129,7 @@ Sample Next(SharedSource& shared) {
       shared.With([](SequenceSource& source) { return source.NextPair(); });
   if (!pair) throw py::stop_iteration();
   return {pair->stamp_ns, pair->left,
-          IsStereo(shared.source->info().rig) ? pair->decode_right : nullptr};
+          HasTwoCameras(shared.source->info().rig) ? pair->decode_right : nullptr};
 }
 
 std::unique_ptr<Recording> OpenRecording(const std::filesystem::path& path,
@@ -172,7 +172,7 @@ std::string Describe(const Recording& recording) {
   const std::vector<int64_t>& stamps_ns = info.pair_stamps_ns;
   const double span_s = stamps_ns.empty() ? 0 : ToSeconds(stamps_ns.back() - stamps_ns.front());
   return fmt::format("<slcmap.Recording {} ({}): {} {}, {:.1f} s>", info.name, info.form,
-                     stamps_ns.size(), IsStereo(info.rig) ? "pairs" : "images", span_s);
+                     stamps_ns.size(), HasTwoCameras(info.rig) ? "pairs" : "images", span_s);
 }
 
 // Three arrays over the samples, which the recording keeps.

@@ -155,10 +155,10 @@ std::string DescribeRig(const Rig& rig) {
   const Camera& camera = rig.cameras[0];
   const double baseline_m =
       (rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.norm();
-  return fmt::format("<slcmap.Rig {} of {} x {} px{}, IMU at {:.0f} Hz>",
-                     IsStereo(rig) ? "2 cameras" : "1 camera", camera.width_px, camera.height_px,
-                     IsStereo(rig) ? fmt::format(", {:.4f} m apart", baseline_m) : "",
-                     rig.imu_noise.rate_hz);
+  return fmt::format(
+      "<slcmap.Rig {} of {} x {} px{}, IMU at {:.0f} Hz>",
+      HasTwoCameras(rig) ? "2 cameras" : "1 camera", camera.width_px, camera.height_px,
+      HasTwoCameras(rig) ? fmt::format(", {:.4f} m apart", baseline_m) : "", rig.imu_noise.rate_hz);
 }
 
 Rig LoadRig(const std::filesystem::path& path) {
@@ -168,7 +168,7 @@ Rig LoadRig(const std::filesystem::path& path) {
   });
 }
 
-std::ptrdiff_t CameraCount(const Rig& rig) { return IsStereo(rig) ? 2 : 1; }
+std::ptrdiff_t CameraCount(const Rig& rig) { return HasTwoCameras(rig) ? 2 : 1; }
 
 void AddRigClass(py::module_& module) {
   py::class_<Rig>(module, "Rig", "One or two cameras, the left one first, and an IMU.")

@@ -157,9 +157,6 @@ void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& 
   }
   TakeTimes(used, &calibration->rig, warnings);
   if (chain.size() <= used.size()) return;
-  if (used.size() == 1 && wanted.empty()) {
-    warnings->Add("cameras_left_out_that_look_another_way", chain.back().place);
-  }
   calibration->source +=
       fmt::format("; cameras {} of {}", fmt::join(calibration->cameras, ", "), chain.size());
 }
@@ -360,7 +357,7 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 
 void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
   std::string text;
-  for (int i = 0; i < (IsStereo(rig) ? 2 : 1); ++i) {
+  for (int i = 0; i < (HasTwoCameras(rig) ? 2 : 1); ++i) {
     text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i],
                          rig.camera_time_offset_s, rig.readout_s[i]);
     if (i == 1) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "data/core/error.h"
+#include "data/core/types.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -244,7 +245,6 @@ namespace {
 
 constexpr double kUsualDistance_m = 4;   // of what both see
 constexpr double kGoodBaseline_m = 0.1;  // less of it tells less of distances
-constexpr double kLeastCosine = 0.5;     // between the optical axes
 constexpr double kClearlyBetter = 1.05;  // than a pair that comes first
 
 // The share of the first camera's image that the second one sees.
@@ -267,13 +267,9 @@ Eigen::Vector3d OpticalAxis(const ChainCamera& camera) {
   return camera.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
 }
 
-bool LookApart(const ChainCamera& first, const ChainCamera& second) {
-  return OpticalAxis(first).dot(OpticalAxis(second)) < kLeastCosine;
-}
-
 // None where one looks another way or stands before the other: they cannot be rectified.
 double Usefulness(const ChainCamera& first, const ChainCamera& second) {
-  if (LookApart(first, second)) return 0;
+  if (LookApart(first.T_imu_camera, second.T_imu_camera)) return 0;
   const Eigen::Vector3d z_first = OpticalAxis(first), z_second = OpticalAxis(second);
   const double baseline_m = (first.T_imu_camera.translation - second.T_imu_camera.translation)
                                 .cross((z_first + z_second).normalized())
@@ -305,8 +301,7 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted) {
   if (!wanted.empty()) return FindWanted(chain, wanted);
   if (chain.size() == 1) return {0};
-  const bool is_rig = chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1;
-  if (is_rig && !LookApart(chain[0], chain[1])) return {0, 1};
+  if (chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1) return {0, 1};
   std::vector<size_t> best;
   double most = 0;
   for (size_t i = 0; i < chain.size(); ++i) {
@@ -317,7 +312,7 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
       best = {i, j};
     }
   }
-  return best.empty() ? std::vector<size_t>{0} : best;
+  return best.empty() ? std::vector<size_t>{0, 1} : best;
 }
 
 }  // namespace slcmap::data

@@ -48,7 +48,7 @@ struct ChainCamera {
 
 // Positions in the chain of the cameras that are used: those of the `wanted` indices, one or two;
 // else the only one, or the two of which the first sees most of what the second one sees, from
-// places that are apart; the first where no two look the same way. Throws InputFault for wanted
+// places that are apart; the first two where no two look the same way. Throws InputFault for wanted
 // cameras that the chain has not.
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);

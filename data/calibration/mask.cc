@@ -40,7 +40,7 @@ cv::Mat ReadMask(const std::string& path, const Camera& camera) {
 }  // namespace
 
 void ReadMasks(const std::vector<std::string>& paths, Rig* rig) {
-  const size_t cameras = IsStereo(*rig) ? 2 : 1;
+  const size_t cameras = HasTwoCameras(*rig) ? 2 : 1;
   if (paths.size() > cameras) {
     throw InputFault("mask",
                      fmt::format("--mask: found {} masks, expected one a camera, {} at most",

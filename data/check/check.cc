@@ -127,7 +127,7 @@ void CheckImuRate(const Rig& rig, const std::vector<ImuSample>& samples, CheckRe
 }
 
 void CheckCameras(const Rig& rig, CheckReport* report) {
-  if (IsStereo(rig)) return;
+  if (HasTwoCameras(rig)) return;
   report->Warn("one-camera", "no right camera",
                "add cam1 where the rig has one; the map of one camera has no dense cloud");
 }
@@ -392,7 +392,7 @@ Repeats FindRepeats(const SequenceSource& source, int camera, const Progress& pr
 
 void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report) {
   const SourceInfo& info = source.info();
-  const int cameras = IsStereo(info.rig) ? 2 : 1;
+  const int cameras = HasTwoCameras(info.rig) ? 2 : 1;
   for (int camera = 0; camera < cameras; ++camera) {
     const Repeats repeats = FindRepeats(
         source, camera, progress.Part(1.0 * camera / cameras, (camera + 1.0) / cameras));

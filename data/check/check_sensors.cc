@@ -56,7 +56,7 @@ const char* ProblemRemedy(const std::string& problem) {
   return "copy the sequence again; such images are skipped";
 }
 
-int CameraCount(const SequenceSource& source) { return IsStereo(source.info().rig) ? 2 : 1; }
+int CameraCount(const SequenceSource& source) { return HasTwoCameras(source.info().rig) ? 2 : 1; }
 
 // How many images have a problem, and the first of them.
 using Problems = std::map<std::string, Warnings::Entry>;

@@ -407,7 +407,7 @@ std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
   const std::vector<Turn> turns = LargestTurns(source.info(), samples);
   std::array<cv::Mat, 2> masks;
   if (turns.size() < static_cast<size_t>(kMinComparisons[CarriedCells::kOfOneTurn])) return masks;
-  for (int camera = 0; camera < (IsStereo(source.info().rig) ? 2 : 1); ++camera) {
+  for (int camera = 0; camera < (HasTwoCameras(source.info().rig) ? 2 : 1); ++camera) {
     masks[camera] =
         FindInCamera(source, turns, camera, progress.Part(0.5 * camera, 0.5 + 0.5 * camera));
   }
@@ -433,7 +433,7 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
   source->SetMasks(masks);
   report->Warn(
       "carried",
-      IsStereo(rig)
+      HasTwoCameras(rig)
           ? fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig",
                         100 * LeftOut(masks[0]), 100 * LeftOut(masks[1]))
           : fmt::format("{:.0f} % of the image moves with the rig", 100 * LeftOut(masks[0])),

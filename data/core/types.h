@@ -66,7 +66,7 @@ enum ImuErrorRow {
 };
 using ImuErrors = Eigen::Matrix<double, kImuErrorsSize, 1>;
 
-// A calibrated rig. Index 0 is the left camera.
+// A calibrated rig. Index 0 is the left camera, or the first one of two that look apart.
 struct Rig {
   std::array<Camera, 2> cameras;
   std::array<RigidTransform, 2> T_imu_camera;
@@ -86,7 +86,21 @@ struct Rig {
 };
 
 // A rig of one camera has no width in its second.
-inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+inline bool HasTwoCameras(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+
+// Whether two cameras look in directions more than 60 degrees from each other: as a pair of little
+// use, they are followed one by one.
+inline bool LookApart(const RigidTransform& T_imu_first, const RigidTransform& T_imu_second) {
+  constexpr double kLeastCosine = 0.5;
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  return (T_imu_first.rotation * z).dot(T_imu_second.rotation * z) < kLeastCosine;
+}
+inline bool LooksApart(const Rig& rig) {
+  return HasTwoCameras(rig) && LookApart(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+}
+
+// Whether two cameras see the same.
+inline bool IsStereo(const Rig& rig) { return HasTwoCameras(rig) && !LooksApart(rig); }
 
 // Whether all rows of both images are exposed at the stamp.
 inline bool IsTakenAtOnce(const Rig& rig) {
@@ -140,6 +154,7 @@ struct PointObservation {
   int64_t id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right_px;
+  int camera = 0;  // whose left_px it is: 1 where two look apart, and the second one saw it
 };
 
 // A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are
@@ -148,6 +163,7 @@ struct LineObservation {
   int64_t id = 0;
   LineSegment left_px;
   std::optional<LineSegment> right_px;
+  int camera = 0;  // as of a point
 };
 
 inline double ToSeconds(int64_t ns) { return static_cast<double>(ns) * 1e-9; }

@@ -135,7 +135,7 @@ Tables ReadTables(const RecordingTables& recording, const SequenceOptions& optio
   std::vector<ClockJump> left, right, imu;
   tables.left =
       TakeImages(recording.ReadImages(CameraNumber(*sequence, 0), warnings), warnings, &left);
-  if (IsStereo(sequence->rig)) {
+  if (HasTwoCameras(sequence->rig)) {
     tables.right =
         TakeImages(recording.ReadImages(CameraNumber(*sequence, 1), warnings), warnings, &right);
   }
@@ -209,7 +209,7 @@ std::vector<StereoEntry> PairTables(const RecordingTables& recording,
                                     Sequence* sequence) {
   const std::vector<ImageFile>& left = tables.left;
   std::vector<StereoEntry> images;
-  if (!IsStereo(sequence->rig)) {
+  if (!HasTwoCameras(sequence->rig)) {
     for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
     return images;
   }
@@ -415,7 +415,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   sequence.calibration_source = calibration.source;
   sequence.cameras = calibration.cameras;
   sequence.finds_carried = options.masks.empty();
-  if (IsStereo(sequence.rig) && !IsRecorded(*recording, CameraNumber(sequence, 1))) {
+  if (HasTwoCameras(sequence.rig) && !IsRecorded(*recording, CameraNumber(sequence, 1))) {
     sequence.rig.cameras[1] = Camera();
   }
   ReadMasks(options.masks, &sequence.rig);

@@ -366,7 +366,8 @@ AdjustmentTerm PointTerm(const AdjustedPoint& point, const AdjustedPointObservat
     term.factor = std::make_unique<HostPointResidual>(model.points, observation.measurement);
     term.blocks = {state.camera_calibration, point.block};
   } else {
-    term.factor = std::make_unique<PointResidual>(&model.points, observation.measurement);
+    term.factor =
+        std::make_unique<PointResidual>(&model.points, observation.measurement, point.camera);
     term.blocks = {state.frames[point.host].pose, state.frames[observation.frame].pose,
                    state.camera_calibration, point.block};
   }

@@ -94,6 +94,7 @@ std::map<int64_t, std::vector<Adjusted>> CollectObservations(
     for (const Observation& seen : run.keyframes[k].*list) {
       Adjusted observation{k, {}};
       observation.measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
+      observation.measurement.camera = seen.camera;
       if (seen.right_px) {
         observation.measurement.right =
             PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
@@ -115,8 +116,9 @@ void AddPoints(const OdometryRun& run, AdjustmentState* state) {
     AdjustedPoint point;
     point.landmark = &landmark;
     point.host = seen->second.front().frame;
+    point.camera = seen->second.front().measurement.camera;
     const RigidTransform T_world_camera =
-        run.keyframes[point.host].T_world_imu * run.rectified_rig.T_imu_camera[0];
+        run.keyframes[point.host].T_world_imu * run.rectified_rig.T_imu_camera[point.camera];
     const Vector3d p_camera = T_world_camera.Inverse() * landmark.p_world;
     if (!(p_camera.z() > kMinDepth_m)) continue;
     const std::array<double, kPointSize> block{p_camera.x() / p_camera.z(),
@@ -208,7 +210,8 @@ void AddLines(const OdometryRun& run, const AdjustmentOptions& options, Adjustme
     AdjustedLine out;
     out.line = &line;
     const Keyframe& first = run.keyframes[seen->second.front().frame];
-    out.anchor_world = first.T_world_imu * run.rectified_rig.T_imu_camera[0].translation;
+    const int camera = seen->second.front().measurement.camera;
+    out.anchor_world = first.T_world_imu * run.rectified_rig.T_imu_camera[camera].translation;
     if (!BindDirection(line, along.normalized(), *state, &out)) continue;
     SetDeviation(run, options, state, &out);
     if (!PlaceLine(0.5 * (line.start_world + line.end_world), along.normalized(), state, &out)) {
@@ -258,7 +261,8 @@ AdjustmentState StateOfRun(const OdometryRun& run, const AdjustmentOptions& opti
 
 Vector3d PointInWorld(const AdjustedPoint& point, const AdjustmentState& state) {
   const Vector3d p_camera = Vector3d(point.block[0], point.block[1], 1) / point.block[2];
-  return PoseFromBlock(state.frames[point.host].pose) * (state.rig.T_imu_camera[0] * p_camera);
+  return PoseFromBlock(state.frames[point.host].pose) *
+         (state.rig.T_imu_camera[point.camera] * p_camera);
 }
 
 void Preintegrate(const OdometryRun& run, AdjustmentState* state) {

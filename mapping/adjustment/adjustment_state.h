@@ -49,10 +49,12 @@ struct AdjustedLineObservation {
   StereoLineMeasurement measurement;
 };
 
-// A point, by its inverse depth in the left camera of its host, the first keyframe that saw it.
+// A point, by its inverse depth in the left camera of its host, the first keyframe that saw it, or
+// in the one that sees it, where two look apart.
 struct AdjustedPoint {
   const Landmark* landmark = nullptr;
   size_t host = 0;
+  int camera = 0;
   double* block = nullptr;
   std::vector<AdjustedPointObservation> observations;  // by keyframe
 };

@@ -33,7 +33,8 @@ int FindAxis(const Line& line, const std::vector<BuildingAxis>& axes) {
 // Segments run with the bright side on their left: the keyframe's tells which way the line does.
 bool RunsAlong(const Line& line, const Keyframe& keyframe, const LineObservation& observation,
                const Rig& rig) {
-  const RigidTransform T_camera_world = (keyframe.T_world_imu * rig.T_imu_camera[0]).Inverse();
+  const RigidTransform T_camera_world =
+      (keyframe.T_world_imu * rig.T_imu_camera[observation.camera]).Inverse();
   const Eigen::Vector3d start = T_camera_world * line.start_world;
   const Eigen::Vector3d end = T_camera_world * line.end_world;
   if (start.z() < 0.05 || end.z() < 0.05) return true;

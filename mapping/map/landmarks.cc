@@ -279,7 +279,7 @@ std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>
         observations.push_back(
             {track->second.point, track->second.number, keyframe.stamp_ns, camera, moved_px});
       };
-      add(0, seen.left_px);
+      add(seen.camera, seen.left_px);
       if (seen.right_px) add(1, *seen.right_px);
     }
   }
@@ -312,7 +312,7 @@ LineCovariance ComputeCovariance(const Line& line) {
 
 void AddSupports(const Keyframe& keyframe, const LineObservation& seen,
                  std::vector<LineSupport>* supports) {
-  supports->push_back({seen.id, 0, keyframe.stamp_ns, 0, seen.left_px});
+  supports->push_back({seen.id, 0, keyframe.stamp_ns, seen.camera, seen.left_px});
   if (seen.right_px) supports->push_back({seen.id, 0, keyframe.stamp_ns, 1, *seen.right_px});
 }
 

@@ -139,13 +139,17 @@ std::vector<RayBundle> KeyframeRays(const OdometryRun& run, const std::vector<Ma
   }
   std::vector<RayBundle> rays;
   for (const Keyframe& keyframe : run.keyframes) {
-    RayBundle bundle;
-    bundle.p_world_camera = (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[0]).translation;
-    for (const KeyframeObservation& observation : keyframe.observations) {
-      const auto point = point_of_landmark.find(observation.landmark_id);
-      if (point != point_of_landmark.end()) bundle.p_world.push_back(point->second->p_world);
+    for (int camera = 0; camera < (LooksApart(run.rectified_rig) ? 2 : 1); ++camera) {
+      RayBundle bundle;
+      bundle.p_world_camera =
+          (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[camera]).translation;
+      for (const KeyframeObservation& observation : keyframe.observations) {
+        const auto point = point_of_landmark.find(observation.landmark_id);
+        if (point == point_of_landmark.end() || observation.camera != camera) continue;
+        bundle.p_world.push_back(point->second->p_world);
+      }
+      rays.push_back(std::move(bundle));
     }
-    rays.push_back(std::move(bundle));
   }
   return rays;
 }

@@ -104,12 +104,12 @@ constexpr double kAtInfinityResidual = 10;  // standard deviations
 
 // A point by its host's pose and its block.
 struct HostedPoint {
-  HostedPoint(const StereoGeometry& geometry, const double* pose, const double* block)
+  HostedPoint(const StereoGeometry& geometry, int camera, const double* pose, const double* block)
       : R_world_imu(Map<const Eigen::Quaterniond>(pose + 3).toRotationMatrix()),
-        R_imu_camera(geometry.R_imu_camera[0]),
+        R_imu_camera(geometry.R_imu_camera[camera]),
         inverse_depth_per_m(block[2]),
         p_camera(Vector3d(block[0], block[1], 1) / block[2]),
-        p_imu(R_imu_camera * p_camera + geometry.T_imu_camera[0].translation),
+        p_imu(R_imu_camera * p_camera + geometry.T_imu_camera[camera].translation),
         p_world(R_world_imu * p_imu + Map<const Vector3d>(pose)) {}
 
   // Derivatives of a residual by pose and point, from that by the place in the world; each may be
@@ -146,14 +146,15 @@ void SetAtInfinity(const Factor& factor, double* residuals, double** jacobians) 
 }  // namespace
 
 PointOnLineResidual::PointOnLineResidual(const StereoGeometry* geometry, const StructuralLine& line,
-                                         double sigma_m)
+                                         double sigma_m, int host_camera)
     : Factor(2,
              line.HasHeading()
                  ? std::vector<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind, kPointKind}
                  : std::vector<BlockKind>{kPoseKind, kStructuralLineKind, kPointKind}),
       geometry_(geometry),
       line_(line),
-      weight_(1.0 / sigma_m) {}
+      weight_(1.0 / sigma_m),
+      host_camera_(host_camera) {}
 
 void PointOnLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                      double** jacobians) const {
@@ -163,7 +164,7 @@ void PointOnLineResidual::EvaluateAt(const double* const* parameters, double* re
     SetAtInfinity(*this, residuals, jacobians);
     return;
   }
-  const HostedPoint point(*geometry_, parameters[0], parameters[point_at]);
+  const HostedPoint point(*geometry_, host_camera_, parameters[0], parameters[point_at]);
   const Vector3d from_anchor = point.p_world - line_.anchor_world;
   const Matrix32d across = AxesAcross(line_.axis, line_.HasHeading() ? *parameters[1] : 0);
   const Vector2d at_angle(std::cos(line[0]), std::sin(line[0]));
@@ -183,11 +184,13 @@ void PointOnLineResidual::EvaluateAt(const double* const* parameters, double* re
 }
 
 PointOnFreeLineResidual::PointOnFreeLineResidual(const StereoGeometry* geometry,
-                                                 const Vector3d& anchor_world, double sigma_m)
+                                                 const Vector3d& anchor_world, double sigma_m,
+                                                 int host_camera)
     : Factor(2, {kPoseKind, kGeneralLineKind, kPointKind}),
       geometry_(geometry),
       anchor_world_(anchor_world),
-      weight_(1.0 / sigma_m) {}
+      weight_(1.0 / sigma_m),
+      host_camera_(host_camera) {}
 
 void PointOnFreeLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                          double** jacobians) const {
@@ -198,7 +201,7 @@ void PointOnFreeLineResidual::EvaluateAt(const double* const* parameters, double
     SetAtInfinity(*this, residuals, jacobians);
     return;
   }
-  const HostedPoint point(*geometry_, parameters[0], parameters[2]);
+  const HostedPoint point(*geometry_, host_camera_, parameters[0], parameters[2]);
   const Vector3d q = u.transpose() * (point.p_world - anchor_world_);
   Map<Vector2d>{residuals} = weight_ * Vector2d(q[0], q[2] + c / s);
   if (!jacobians) return;

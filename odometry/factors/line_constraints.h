@@ -66,7 +66,8 @@ class AlongSlopeResidual final : public Factor {
 };
 
 // Blocks: pose of the point's host, heading, structural line, point; for a vertical line without
-// the heading. With the axes E across the line and z = (x, y, 1), in the host's left camera C:
+// the heading. With the axes E across the line and z = (x, y, 1), in the host's camera C (see
+// PointResidual):
 //
 //   p = R_h (R_IC z / lambda + p_IC) + p_h
 //   r = ( (cos theta, sin theta) / rho - E^T (p - anchor) ) / sigma          (SLC-VIO, section 3.4)
@@ -78,7 +79,8 @@ class PointOnLineResidual final : public Factor {
   static constexpr double kMaxDistance_m = 1000;
 
   // The geometry must outlive the residual.
-  PointOnLineResidual(const StereoGeometry* geometry, const StructuralLine& line, double sigma_m);
+  PointOnLineResidual(const StereoGeometry* geometry, const StructuralLine& line, double sigma_m,
+                      int host_camera = 0);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -88,6 +90,7 @@ class PointOnLineResidual final : public Factor {
   const StereoGeometry* geometry_;
   StructuralLine line_;
   double weight_;
+  int host_camera_;
 };
 
 // The same for a line whose direction is estimated too. Blocks: pose of the point's host, general
@@ -101,7 +104,7 @@ class PointOnFreeLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
   PointOnFreeLineResidual(const StereoGeometry* geometry, const Eigen::Vector3d& anchor_world,
-                          double sigma_m);
+                          double sigma_m, int host_camera = 0);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -111,6 +114,7 @@ class PointOnFreeLineResidual final : public Factor {
   const StereoGeometry* geometry_;
   Eigen::Vector3d anchor_world_;
   double weight_;
+  int host_camera_;
 };
 
 }  // namespace slcmap::odometry

@@ -83,8 +83,9 @@ struct LinePlane {
   Vector3d normal_imu;
 };
 
-const LineSegment& GetSegment(const StereoLineMeasurement& measurement, int camera) {
-  return camera == 0 ? measurement.left : *measurement.right;
+// By its place among those of the measurement: left, right.
+const LineSegment& GetSegment(const StereoLineMeasurement& measurement, int place) {
+  return place == 0 ? measurement.left : *measurement.right;
 }
 
 }  // namespace
@@ -94,10 +95,11 @@ void EvaluateLineReprojection(const StereoGeometry& geometry,
                               const double* cameras, const PlueckerLine& line, double* residuals) {
   const double weight = geometry.weight * measurement.weight;
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
-    const LinePlane plane(geometry, c, pose, cameras, line);
+    const int camera = measurement.camera + c;
+    const LinePlane plane(geometry, camera, pose, cameras, line);
     Map<Vector2d>{residuals + 2 * c} =
         Distances(plane.NormalInCamera(),
-                  LensEnds(GetSegment(measurement, c), c, geometry, plane.lens), weight)
+                  LensEnds(GetSegment(measurement, c), camera, geometry, plane.lens), weight)
             .residual;
   }
 }
@@ -112,10 +114,11 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
   jacobian->by_cameras.setZero(measurement.rows(), kCameraCalibrationSize);
   jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
-    const LinePlane plane(geometry, c, pose, cameras, line);
+    const int camera = measurement.camera + c;
+    const LinePlane plane(geometry, camera, pose, cameras, line);
     const EndDistances ends =
         Distances(plane.NormalInCamera(),
-                  LensEnds(GetSegment(measurement, c), c, geometry, plane.lens), weight);
+                  LensEnds(GetSegment(measurement, c), camera, geometry, plane.lens), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
     const Matrix23d& by_normal = ends.jacobian;
     const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
@@ -124,10 +127,10 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
     if (cameras) {
       // Exp(-psi) n moves by [n']x Jr(psi).
       const Vector3d n = plane.NormalInCamera();
-      if (c == 1) {
-        jacobian->by_cameras.block<2, 3>(2, kRowRightRotation) =
+      if (camera == 1) {
+        jacobian->by_cameras.block<2, 3>(2 * c, kRowRightRotation) =
             by_normal * Skew(n) * RightJacobian(Map<const Vector3d>(cameras + kRowRightRotation));
-        jacobian->by_cameras.block<2, 2>(2, kRowRightCentre) = ends.by_centre;
+        jacobian->by_cameras.block<2, 2>(2 * c, kRowRightCentre) = ends.by_centre;
       }
       jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalLength) = ends.by_focal_length;
     }

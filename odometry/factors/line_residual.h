@@ -16,6 +16,7 @@ namespace slcmap::inline odometry {
 struct StereoLineMeasurement {
   LineSegment left;
   std::optional<LineSegment> right;
+  int camera = 0;     // whose `left` is: see LineObservation
   double weight = 1;  // times that of the geometry: how much better than others it was measured
   // As it was measured, start and end a camera, where what is above was brought to the stamp.
   std::vector<TimedPlace> timed = {};

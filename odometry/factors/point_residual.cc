@@ -34,7 +34,7 @@ struct CameraCalibration {
 std::array<LensMeasurement, 2> MakeLensMeasurements(const StereoMeasurement& measurement,
                                                     const StereoGeometry& geometry) {
   std::array<LensMeasurement, 2> out;
-  out[0] = {geometry, 0, measurement.left};
+  out[0] = {geometry, measurement.camera, measurement.left};
   if (measurement.right) out[1] = {geometry, 1, *measurement.right};
   return out;
 }
@@ -106,10 +106,13 @@ LensMeasurement::LensMeasurement(const StereoGeometry& geometry, int camera, con
       gradient(geometry.GetShift(camera).GradientAt(at)),
       by_centre(geometry.GetShift(camera).ByCentre(at)) {}
 
-PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
+PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target,
+                             int host_camera)
     : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kCameraCalibrationKind, kPointKind}),
       geometry_(geometry),
       target_(MakeLensMeasurements(target, *geometry)),
+      host_camera_(host_camera),
+      first_camera_(target.camera),
       cameras_(target.right ? 2 : 1) {}
 
 void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -120,20 +123,22 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   const CameraCalibration calibration(parameters[2]);
   const Vector3d ray(parameters[3][0], parameters[3][1], 1);
   const double lambda = parameters[3][2];
-  const Matrix3d& r_ic0 = geometry_->R_imu_camera[0];
-  const Vector3d in_host = r_ic0 * ray + lambda * geometry_->T_imu_camera[0].translation;
+  const Matrix3d& r_ich = geometry_->R_imu_camera[host_camera_];
+  const Vector3d& p_ich = geometry_->T_imu_camera[host_camera_].translation;
+  const Vector3d in_host = r_ich * ray + lambda * p_ich;
   const Vector3d between = p_h - p_t;
   const Vector3d m = r_t_t * (r_h * in_host + lambda * between);
   for (int c = 0; c < cameras_; ++c) {
-    const Matrix3d& r_ic = geometry_->R_imu_camera[c];
-    const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
-    const Projection projection(r_ic.transpose() * (m - lambda * p_ic), c, calibration);
+    const int camera = first_camera_ + c;
+    const Matrix3d& r_ic = geometry_->R_imu_camera[camera];
+    const Vector3d& p_ic = geometry_->T_imu_camera[camera].translation;
+    const Projection projection(r_ic.transpose() * (m - lambda * p_ic), camera, calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(target_[c], geometry_->weight, calibration.lenses[c]);
+        projection.Residual(target_[c], geometry_->weight, calibration.lenses[camera]);
     if (!jacobians) continue;
     const Matrix23d by_point =
-        projection.ByPoint(target_[c], geometry_->weight, calibration.lenses[c]);
-    const Matrix23d by_given = c == 0 ? by_point : by_point * calibration.R_true_right;
+        projection.ByPoint(target_[c], geometry_->weight, calibration.lenses[camera]);
+    const Matrix23d by_given = camera == 0 ? by_point : by_point * calibration.R_true_right;
     const Matrix23d by_m = by_given * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
     const Matrix23d by_host = by_world * r_h;
@@ -149,13 +154,12 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     }
     if (jacobians[2]) {
       Map<JacobianByCameras>{jacobians[2] + 2 * kCameraCalibrationSize* c} =
-          projection.ByCalibration(by_point, c, geometry_->weight, target_[c], calibration);
+          projection.ByCalibration(by_point, camera, geometry_->weight, target_[c], calibration);
     }
     if (jacobians[3]) {
       Map<Jacobian23> d(jacobians[3] + 6 * c);
-      d.leftCols<2>() = by_host * r_ic0.leftCols<2>();
-      d.rightCols<1>() =
-          by_host * geometry_->T_imu_camera[0].translation + by_world * between - by_m * p_ic;
+      d.leftCols<2>() = by_host * r_ich.leftCols<2>();
+      d.rightCols<1>() = by_host * p_ich + by_world * between - by_m * p_ic;
     }
   }
 }
@@ -165,6 +169,7 @@ HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const Stere
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
       host_(MakeLensMeasurements(host, geometry)),
+      first_camera_(host.camera),
       cameras_(host.right ? 2 : 1) {}
 
 void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -174,23 +179,24 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
   const double lambda = parameters[1][2];
   const Matrix3d r = T_right_left_.rotation.toRotationMatrix();
   for (int c = 0; c < cameras_; ++c) {
-    const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, c,
+    const int camera = first_camera_ + c;
+    const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, camera,
                                 calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(host_[c], weight_, calibration.lenses[c]);
+        projection.Residual(host_[c], weight_, calibration.lenses[camera]);
     if (!jacobians) continue;
-    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.lenses[c]);
+    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.lenses[camera]);
     if (jacobians[0]) {
       Map<JacobianByCameras>{jacobians[0] + 2 * kCameraCalibrationSize* c} =
-          projection.ByCalibration(by_point, c, weight_, host_[c], calibration);
+          projection.ByCalibration(by_point, camera, weight_, host_[c], calibration);
     }
     if (!jacobians[1]) continue;
     Map<Jacobian23> d(jacobians[1] + 6 * c);
+    const Matrix23d by_given = camera == 0 ? by_point : by_point * calibration.R_true_right;
     if (c == 0) {
-      d << by_point.leftCols<2>(), Vector2d::Zero();
+      d << by_given.leftCols<2>(), Vector2d::Zero();
       continue;
     }
-    const Matrix23d by_given = by_point * calibration.R_true_right;
     d.leftCols<2>() = by_given * r.leftCols<2>();
     d.rightCols<1>() = by_given * T_right_left_.translation;
   }

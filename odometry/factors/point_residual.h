@@ -15,7 +15,8 @@ namespace slcmap::inline odometry {
 // Of what one camera measured of a point (2 rows), that is kept.
 inline constexpr double kMaxPointChi2 = 12;
 
-// What all point residuals of a rig share.
+// What all point residuals of a rig share: of a stereo camera, or of two that look apart, of which
+// each has its own measurements.
 struct StereoGeometry {
   std::array<RigidTransform, 2> T_imu_camera;
   std::array<Eigen::Matrix3d, 2> R_imu_camera;
@@ -48,6 +49,7 @@ struct StereoGeometry {
 struct StereoMeasurement {
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right;
+  int camera = 0;  // whose `left` is: see PointObservation
   // As it was measured, a place a camera, where what is above was brought to the stamp.
   std::vector<TimedPlace> timed = {};
 };
@@ -75,15 +77,16 @@ struct LensMeasurement {
   Eigen::Matrix2d by_centre = Eigen::Matrix2d::Zero();
 };
 
-// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and
-// its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
-// the host's noise would enter all observations of the point as one error that nobody accounts for.
+// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's camera h (the
+// left one, unless two look apart) as it was given, and its inverse depth there (1 / m). The
+// bearing is estimated beside the depth: taken as measured, the host's noise would enter all
+// observations of the point as one error that nobody accounts for.
 //
 // Blocks: pose of the host, pose of the target, camera calibration (psi, s, d), point. With z = (x,
 // y, 1), in camera c of the target, scaled by the inverse depth (so that a point at infinity is
 // nothing special):
 //
-//   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
+//   m   = R_t^T ( R_h (R_ICh z + lambda p_ICh) + lambda (p_h - p_t) )
 //   p_c = Exp(-psi)^c R_ICc^T ( m - lambda p_ICc )
 //   r   = weight (1 + s G_c) ( p_c.xy / p_c.z - (measured - s / (1 + s) g_c(measured)
 //                                                - c H_c(measured) d) )
@@ -94,7 +97,8 @@ struct LensMeasurement {
 class PointResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
-  PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target);
+  PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target,
+                int host_camera = 0);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -103,7 +107,7 @@ class PointResidual final : public Factor {
  private:
   const StereoGeometry* geometry_;
   std::array<LensMeasurement, 2> target_;
-  int cameras_;
+  int host_camera_, first_camera_, cameras_;
 };
 
 // Blocks: camera calibration, point. What the host itself measured of it: two rows for the left
@@ -120,7 +124,7 @@ class HostPointResidual final : public Factor {
   double weight_;
   RigidTransform T_right_left_;
   std::array<LensMeasurement, 2> host_;
-  int cameras_;
+  int first_camera_, cameras_;
 };
 
 }  // namespace slcmap::odometry

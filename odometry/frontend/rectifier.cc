@@ -24,12 +24,11 @@ Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& base
   const Eigen::Matrix3d R_right = rig.T_imu_camera[1].rotation.toRotationMatrix();
   const Eigen::Vector3d x = baseline_imu.normalized();
   const Eigen::Vector3d z_mean = R_left.col(2) + R_right.col(2);
-  if (R_left.col(2).dot(R_right.col(2)) < 0.5 || std::abs(x.dot(z_mean.normalized())) > 0.7) {
+  if (std::abs(x.dot(z_mean.normalized())) > 0.7) {
     throw DataError(
         "calibration: found a second camera that is not beside the first one looking the same way, "
-        "expected cameras side by side or above each other (are T_BS and its inverse exchanged? "
-        "two "
-        "that look apart are used one at a time, with --cameras 0)");
+        "expected cameras side by side or above each other, or that look apart (are T_BS and its "
+        "inverse exchanged? one of them alone is used with --cameras 0)");
   }
   const Eigen::Vector3d y = z_mean.cross(x).normalized();
   Eigen::Matrix3d R;
@@ -56,10 +55,10 @@ int RoundedSize(double size_px) {
 
 // The pinhole that has the wanted scale in the middle of the left image and as much of the field of
 // view as its middle row and column have.
-Camera CommonPinhole(const Rig& rig, const Eigen::Quaterniond& R_imu_rectified, bool stereo,
+Camera CommonPinhole(const Rig& rig, const Eigen::Quaterniond& R_imu_rectified, bool two,
                      const RectifierOptions& options) {
   const Camera& left = rig.cameras[0];
-  const Camera& right = stereo ? rig.cameras[1] : left;
+  const Camera& right = two ? rig.cameras[1] : left;
   const double focal_px = options.scale * std::sqrt(left.MiddleFocal_px() * right.MiddleFocal_px());
   const Eigen::Matrix3d R =
       (rig.T_imu_camera[0].rotation.conjugate() * R_imu_rectified).toRotationMatrix();
@@ -124,11 +123,13 @@ Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
   options.Check();
   const Eigen::Vector3d baseline_imu =
       rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation;
-  const bool stereo = rig.cameras[1].width_px > 0 && baseline_imu.norm() > 0;
-  const Eigen::Quaterniond R_imu_rectified =
+  const bool stereo = IsStereo(rig) && baseline_imu.norm() > 0;
+  const bool two = stereo || LooksApart(rig);
+  const Eigen::Quaterniond R_imu_first =
       stereo ? CommonOrientation(rig, baseline_imu) : rig.T_imu_camera[0].rotation;
-  const Camera pinhole = CommonPinhole(rig, R_imu_rectified, stereo, options);
-  for (int i = 0; i < (stereo ? 2 : 1); ++i) {
+  const Camera pinhole = CommonPinhole(rig, R_imu_first, two, options);
+  for (int i = 0; i < (two ? 2 : 1); ++i) {
+    const Eigen::Quaterniond R_imu_rectified = stereo ? R_imu_first : rig.T_imu_camera[i].rotation;
     const Eigen::Quaterniond R_camera_rectified =
         rig.T_imu_camera[i].rotation.conjugate() * R_imu_rectified;
     const cv::Mat source =

@@ -12,7 +12,8 @@
 namespace slcmap::inline odometry {
 
 // Both rectified cameras are distortion-free pinholes of the same intrinsics and orientation, the
-// right one displaced along +x of the left, so that a point has the same row in both.
+// right one displaced along +x of the left, so that a point has the same row in both. Two that look
+// apart keep their orientations; of a fisheye the field of view is as wide as the options have it.
 class Rectifier {
  public:
   Rectifier(const Rig& rig, const RectifierOptions& options);

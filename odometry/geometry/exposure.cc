@@ -42,17 +42,17 @@ TimedPlace RowTimes::Of(int camera, const Vector2d& on_plane) const {
 
 double RowTimes::LooksAhead_s() const { return at_once_ ? 0 : std::max(reach_s(), kFeltAround_s); }
 
-std::vector<TimedPlace> RowTimes::Of(const Vector2d& left,
-                                     const std::optional<Vector2d>& right) const {
+std::vector<TimedPlace> RowTimes::Of(const Vector2d& left, const std::optional<Vector2d>& right,
+                                     int camera) const {
   if (at_once_) return {};
-  if (!right) return {Of(0, left)};
+  if (!right) return {Of(camera, left)};
   return {Of(0, left), Of(1, *right)};
 }
 
 std::vector<TimedPlace> RowTimes::Of(const LineSegment& left,
-                                     const std::optional<LineSegment>& right) const {
+                                     const std::optional<LineSegment>& right, int camera) const {
   if (at_once_) return {};
-  if (!right) return {Of(0, left.start), Of(0, left.end)};
+  if (!right) return {Of(camera, left.start), Of(camera, left.end)};
   return {Of(0, left.start), Of(0, left.end), Of(1, right->start), Of(1, right->end)};
 }
 

@@ -43,12 +43,12 @@ class RowTimes {
   double LooksAhead_s() const;
 
   TimedPlace Of(int camera, const Eigen::Vector2d& on_plane) const;
-  // Of a point and of a segment's ends, left and (where seen) right; none where all is exposed at
-  // the stamp.
+  // Of a point and of a segment's ends, left (or of the camera that is given) and (where seen)
+  // right; none where all is exposed at the stamp.
   std::vector<TimedPlace> Of(const Eigen::Vector2d& left,
-                             const std::optional<Eigen::Vector2d>& right) const;
-  std::vector<TimedPlace> Of(const LineSegment& left,
-                             const std::optional<LineSegment>& right) const;
+                             const std::optional<Eigen::Vector2d>& right, int camera = 0) const;
+  std::vector<TimedPlace> Of(const LineSegment& left, const std::optional<LineSegment>& right,
+                             int camera = 0) const;
 
  private:
   bool at_once_ = true;

@@ -110,6 +110,7 @@ struct LinePrediction {
   LineSegment left_px;
   std::optional<LineSegment> right_px;
   double sigma_px = 1;  // of its place across the line
+  int camera = 0;       // whose left_px it is, of two that look apart
 };
 
 }  // namespace slcmap::odometry

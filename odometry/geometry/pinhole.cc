@@ -102,7 +102,7 @@ Eigen::Matrix2d LensShift::ByCentre(const Vector2d& measured) const {
 
 std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectified) {
   std::array<LensShift, 2> shifts;
-  for (int i = 0; i < (IsStereo(given) ? 2 : 1); ++i) {
+  for (int i = 0; i < (HasTwoCameras(given) ? 2 : 1); ++i) {
     shifts[i] =
         LensShift(given.cameras[i],
                   given.T_imu_camera[i].rotation.conjugate() * rectified.T_imu_camera[i].rotation,

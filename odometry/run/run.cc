@@ -39,8 +39,12 @@ std::string MethodName(Method method) {
   throw ConfigError("method: found one without a name");
 }
 
+bool UsesTwoCameras(Method method, const Rig& rig) {
+  return method != Method::kPointsMono && HasTwoCameras(rig);
+}
+
 bool UsesRight(Method method, const Rig& rig) {
-  return method != Method::kPointsMono && IsStereo(rig);
+  return UsesTwoCameras(method, rig) && IsStereo(rig);
 }
 
 bool UsesLines(Method method) { return method != Method::kPointsMono && method != Method::kPoints; }

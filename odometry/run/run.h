@@ -29,7 +29,8 @@ inline constexpr const char* kExternalPoses = "poses";
 // The same as a DataError that names the place where the name was found; kExternalPoses is one.
 void CheckMethodName(const std::string& place, const std::string& name);
 std::string MethodName(Method method);
-bool UsesRight(Method method, const Rig& rig);  // images of a second camera
+bool UsesTwoCameras(Method method, const Rig& rig);
+bool UsesRight(Method method, const Rig& rig);  // images of a second camera that sees the same
 bool UsesLines(Method method);
 bool UsesStructure(Method method);  // lines along the building's axes
 
@@ -82,6 +83,7 @@ struct KeyframeObservation {
   int64_t landmark_id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right_px;
+  int camera = 0;  // whose left_px it is: see PointObservation
 };
 
 // A keyframe with its pose as the window last had it.

@@ -22,8 +22,7 @@ constexpr CsvColumn Segment() { return IntegerColumn("segment", 0, kMaxSegment);
 constexpr CsvColumn Number(const char* name, double limit) {
   return {name, CsvColumn::Kind::kNumber, -limit, limit};
 }
-constexpr CsvColumn Pixel(const char* name) { return Number(name, kMaxPixel); }
-constexpr CsvColumn RightPixel(const char* name) {
+constexpr CsvColumn Pixel(const char* name) {  // nan where that camera did not see it
   return {name, CsvColumn::Kind::kOptionalNumber, -kMaxPixel, kMaxPixel};
 }
 constexpr CsvColumn Sigma(const char* name, double most) {
@@ -61,7 +60,7 @@ std::map<std::string, CsvColumns> MakeColumns() {
       {kKeyframeTable, CsvColumns{Id("id"), Segment(), Stamp("stamp_ns")} + Pose()},
       {kObservationTable,
        {Id("keyframe_id"), Id("landmark_id"), Pixel("left_x_px"), Pixel("left_y_px"),
-        RightPixel("right_x_px"), RightPixel("right_y_px")}},
+        Pixel("right_x_px"), Pixel("right_y_px")}},
       {kLandmarkTable, CsvColumns{Id("id"), Segment(), Id("observations")} +
                            Numbers({"x_m", "y_m", "z_m"}, kMaxCoordinate_m) +
                            CsvColumns{Sigma("sigma_m", kMaxSigma_m)}},
@@ -85,9 +84,8 @@ std::map<std::string, CsvColumns> MakeColumns() {
                       Sigma("deviation_sigma_rad", kUnknownSigma_rad)}},
       {kLineObservationTable,
        {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
-        Pixel("left_end_x_px"), Pixel("left_end_y_px"), RightPixel("right_start_x_px"),
-        RightPixel("right_start_y_px"), RightPixel("right_end_x_px"),
-        RightPixel("right_end_y_px")}},
+        Pixel("left_end_x_px"), Pixel("left_end_y_px"), Pixel("right_start_x_px"),
+        Pixel("right_start_y_px"), Pixel("right_end_x_px"), Pixel("right_end_y_px")}},
       {kLinePointTable, {Id("line_id"), Id("landmark_id")}},
       {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
       {kImuTable, CsvColumns{Stamp("stamp_ns")} +
@@ -136,6 +134,13 @@ std::string Cells(const ImuErrors& e) {
 
 std::string Cells(const LineSegment& s) { return Cells(s.start) + "," + Cells(s.end); }
 
+// Of what the left (or first) image shows and what the other one does, where each does.
+template <typename Observation>
+std::string CellsOfBoth(const Observation& seen, const std::string& none) {
+  if (seen.camera == 1) return none + "," + Cells(seen.left_px);
+  return Cells(seen.left_px) + "," + (seen.right_px ? Cells(*seen.right_px) : none);
+}
+
 std::string Cells(const RigidTransform& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
   return fmt::format("{},{},{},{},{}", Cells(pose.translation), q.x(), q.y(), q.z(), q.w());
@@ -157,6 +162,19 @@ bool Has(const CsvTable& table, std::size_t row, std::size_t first, std::size_t 
     table.Fail(row, i, "nan in all of the right image's columns or in none");
   }
   return has;
+}
+
+// Whose the pixels of a row are: `count` cells of the left or first image, then as many of the
+// other one; 1 where the second camera alone saw it.
+int CameraOfRow(const CsvTable& table, std::size_t row, std::size_t first, std::size_t count) {
+  const bool has_right = Has(table, row, first + count, first + 2 * count - 1);
+  std::size_t missing = 0;
+  for (std::size_t i = first; i < first + count; ++i) missing += !table.OptionalNumber(row, i);
+  if (missing == count && has_right) return 1;
+  for (std::size_t i = first; missing > 0 && i < first + count; ++i) {
+    if (!table.OptionalNumber(row, i)) table.Fail(row, i, "a finite number");
+  }
+  return 0;
 }
 
 RigidTransform PoseAt(const CsvTable& table, std::size_t row, std::size_t column) {
@@ -238,13 +256,11 @@ std::string Row(const Keyframe& keyframe) {
 }
 
 std::string Row(int64_t keyframe_id, const KeyframeObservation& seen) {
-  return fmt::format("{},{},{},{}\n", keyframe_id, seen.landmark_id, Cells(seen.left_px),
-                     seen.right_px ? Cells(*seen.right_px) : "nan,nan");
+  return fmt::format("{},{},{}\n", keyframe_id, seen.landmark_id, CellsOfBoth(seen, "nan,nan"));
 }
 
 std::string Row(int64_t keyframe_id, const LineObservation& seen) {
-  return fmt::format("{},{},{},{}\n", keyframe_id, seen.id, Cells(seen.left_px),
-                     seen.right_px ? Cells(*seen.right_px) : "nan,nan,nan,nan");
+  return fmt::format("{},{},{}\n", keyframe_id, seen.id, CellsOfBoth(seen, "nan,nan,nan,nan"));
 }
 
 std::string Row(const Landmark& landmark) {
@@ -329,8 +345,9 @@ void ReadObservations(const CsvTable& table, OdometryRun* run) {
     KeyframeObservation seen;
     seen.landmark_id = table.Integer(i, 1);
     pairs.Add(PairKey(keyframe.id, seen.landmark_id), table, i, 1);
-    seen.left_px = PixelAt(table, i, 2);
-    if (Has(table, i, 4, 5)) seen.right_px = PixelAt(table, i, 4);
+    seen.camera = CameraOfRow(table, i, 2, 2);
+    seen.left_px = PixelAt(table, i, seen.camera == 0 ? 2 : 4);
+    if (seen.camera == 0 && Has(table, i, 4, 5)) seen.right_px = PixelAt(table, i, 4);
     keyframe.observations.push_back(seen);
   }
 }
@@ -414,8 +431,12 @@ void ReadLineObservations(const CsvTable& table, OdometryRun* run) {
     LineObservation seen;
     seen.id = table.Integer(i, 1);
     pairs.Add(PairKey(keyframe.id, seen.id), table, i, 1);
-    seen.left_px = {PixelAt(table, i, 2), PixelAt(table, i, 4)};
-    if (Has(table, i, 6, 9)) seen.right_px = {PixelAt(table, i, 6), PixelAt(table, i, 8)};
+    seen.camera = CameraOfRow(table, i, 2, 4);
+    const auto segment_at = [&](std::size_t column) -> LineSegment {
+      return {PixelAt(table, i, column), PixelAt(table, i, column + 2)};
+    };
+    seen.left_px = segment_at(seen.camera == 0 ? 2 : 6);
+    if (seen.camera == 0 && Has(table, i, 6, 9)) seen.right_px = segment_at(6);
     keyframe.lines.push_back(seen);
   }
 }

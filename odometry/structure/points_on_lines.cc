@@ -33,6 +33,7 @@ Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& seg
 // In both images; what one of them did not see is unclear. Of one camera, in its image.
 Alignment ClassifyAlignment(const PointObservation& point, const LineObservation& line,
                             bool one_camera) {
+  if (point.camera != line.camera) return Alignment::kUnclear;
   const Alignment left = ClassifyAlignment(point.left_px, line.left_px);
   if (one_camera) return left;
   if (!point.right_px || !line.right_px)

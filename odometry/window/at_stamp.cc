@@ -47,7 +47,7 @@ class FrameAtStamp {
     if (point->timed.empty()) return;
     const std::optional<Vector3d> p_body = PointInBody(id);
     const double depth = StereoDepth(*point).value_or(usual_per_m_);
-    point->left = Place(point->timed[0], 0, p_body, depth);
+    point->left = Place(point->timed[0], point->camera, p_body, depth);
     if (point->right) point->right = Place(point->timed[1], 1, p_body, depth);
   }
 
@@ -56,8 +56,9 @@ class FrameAtStamp {
     std::optional<PointAndDirection> in_world;
     const auto known = window_.lines.find(id);
     if (known != window_.lines.end() && known->second.estimated) in_world = known->second.InWorld();
-    const auto place = [&](size_t camera, size_t end) {
-      const TimedPlace& timed = line->timed[2 * camera + end];
+    const auto place = [&](size_t seen, size_t end) {
+      const TimedPlace& timed = line->timed[2 * seen + end];
+      const int camera = line->camera + static_cast<int>(seen);
       return Place(timed, camera, OnLine(in_world, timed, camera), usual_per_m_);
     };
     line->left = {place(0, 0), place(0, 1)};
@@ -65,7 +66,7 @@ class FrameAtStamp {
   }
 
   // How the place at the stamp moves with the readout, of a point that is known; else nothing.
-  std::optional<Vector2d> ByReadout(int64_t id, const TimedPlace& timed, size_t camera) const {
+  std::optional<Vector2d> ByReadout(int64_t id, const TimedPlace& timed, int camera) const {
     constexpr double kStep_s = 1e-4;
     const std::optional<Vector3d> p_body = PointInBody(id);
     if (!p_body) return std::nullopt;
@@ -93,7 +94,7 @@ class FrameAtStamp {
 
   // The point of the line, in the body, that a place in an image shows.
   std::optional<Vector3d> OnLine(const std::optional<PointAndDirection>& line,
-                                 const TimedPlace& timed, size_t camera) const {
+                                 const TimedPlace& timed, int camera) const {
     if (!line) return std::nullopt;
     const RigidTransform T_world_camera =
         T_world_body_ * motion_.At(AsKnown(timed).after_s) * geometry_.T_imu_camera[camera];
@@ -103,7 +104,7 @@ class FrameAtStamp {
     return T_world_body_.Inverse() * *p_world;
   }
 
-  Vector2d Place(const TimedPlace& given, size_t camera, const std::optional<Vector3d>& p_body,
+  Vector2d Place(const TimedPlace& given, int camera, const std::optional<Vector3d>& p_body,
                  double inverse_depth_per_m) const {
     const TimedPlace timed = AsKnown(given);
     const RigidTransform& T_body_camera = geometry_.T_imu_camera[camera];
@@ -175,7 +176,8 @@ void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
     jacobians[1] = by_pose.data();
     term.factor->Linearize(term.blocks.data(), residual.data(), jacobians.data());
     for (int camera = 0; 2 * camera < term.factor->rows(); ++camera) {
-      const auto by_readout = at_stamp.ByReadout(id, measurement.timed[camera], camera);
+      const auto by_readout = at_stamp.ByReadout(id, measurement.timed[camera],
+                                                 measurement.camera + static_cast<int>(camera));
       if (!by_readout) continue;
       Eigen::Matrix<double, 2, 7> row;
       row << by_pose.middleRows<2>(2 * camera), -model->geometry.weight * *by_readout;

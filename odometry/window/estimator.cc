@@ -38,9 +38,10 @@ constexpr double kMaxRestSpeed_m_s = 0.05;
 constexpr double kBareWalls = 3;
 constexpr double kMinForce_m_s2 = 1.0;  // less has no direction to speak of
 
-// The left camera at a frame from the left camera at an earlier one.
-Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const Rig& rig) {
-  const Quaterniond& R_imu_camera = rig.T_imu_camera[0].rotation;
+// A camera at a frame from the same at an earlier one.
+Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const Rig& rig,
+                           int camera = 0) {
+  const Quaterniond& R_imu_camera = rig.T_imu_camera[camera].rotation;
   return R_imu_camera.conjugate() * now.T_world_imu().rotation.conjugate() *
          last.T_world_imu().rotation * R_imu_camera;
 }
@@ -229,9 +230,10 @@ void Estimator::TakeMeasurements(FrameState* frame) const {
   for (const PointObservation& point : source_->observations()) {
     StereoMeasurement& measurement = frame->measurements[point.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
+    measurement.camera = point.camera;
     measurement.right.reset();
     if (point.right_px) measurement.right = right_.GivenPlane(*point.right_px);
-    measurement.timed = row_times_.Of(measurement.left, measurement.right);
+    measurement.timed = row_times_.Of(measurement.left, measurement.right, measurement.camera);
   }
 }
 
@@ -409,11 +411,12 @@ void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
   for (const LineObservation& line : lines_->observations()) {
     StereoLineMeasurement& measurement = frame->lines[line.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
+    measurement.camera = line.camera;
     if (line.right_px) {
       measurement.right = LineSegment{right_.GivenPlane(line.right_px->start),
                                       right_.GivenPlane(line.right_px->end)};
     }
-    measurement.timed = row_times_.Of(measurement.left, measurement.right);
+    measurement.timed = row_times_.Of(measurement.left, measurement.right, measurement.camera);
   }
 }
 
@@ -469,7 +472,8 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
   if (points.AreFewerThan(limits.min_kept_share)) return true;
   if (frame.stands_still) return BeginsRest(frame);
   const Flow flow =
-      MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
+      MedianFlow(last, frame, rig_.cameras[0].fx_px,
+                 {CameraRotation(frame, last, rig_), CameraRotation(frame, last, rig_, 1)});
   const bool sparse = points.True() < kSparseShare * options_.points.max_points;
   const double max_interval_s =
       sparse ? std::min(kSparseInterval_s, limits.max_interval_s) : limits.max_interval_s;

@@ -93,12 +93,13 @@ void SetState(const RigidTransform& pose, const Vector3d& velocity, const Vector
 }  // namespace
 
 Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
-                const Quaterniond& R_b_a) {
+                const std::array<Quaterniond, 2>& R_b_a) {
   std::vector<double> distances_px;
   for (const auto& [id, in_b] : b.measurements) {
     const auto in_a = a.measurements.find(id);
     if (in_a == a.measurements.end()) continue;
-    const Vector3d ray = R_b_a * Vector3d(in_a->second.left.x(), in_a->second.left.y(), 1);
+    const Vector3d ray =
+        R_b_a[in_b.camera] * Vector3d(in_a->second.left.x(), in_a->second.left.y(), 1);
     if (ray.z() < 0.1) continue;
     distances_px.push_back(focal_px * (ray.head<2>() / ray.z() - in_b.left).norm());
   }

@@ -73,7 +73,7 @@ Matrix3d PlaceByPoint(const PointLandmark& point, const CostModel& model) {
   const double depth_m = 1 / point.inverse_depth_per_m();
   Matrix3d by_point = depth_m * Matrix3d::Identity();
   by_point.col(2) = -depth_m * depth_m * Vector3d(point.point[0], point.point[1], 1);
-  return (point.host()->T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation)
+  return (point.host()->T_world_imu().rotation * model.geometry.T_imu_camera[point.camera].rotation)
              .toRotationMatrix() *
          by_point;
 }

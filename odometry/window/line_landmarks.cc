@@ -32,9 +32,10 @@ std::optional<LineClass> AgreedClass(const LineLandmark& line,
                                      const LineClassifier& classifier, const CostModel& model) {
   std::optional<LineClass> agreed;
   for (const FrameState* frame : line.frames) {
+    const StereoLineMeasurement& seen = frame->lines.at(line.id);
     const auto now = classifier.Classify(
-        frame->lines.at(line.id).left,
-        WorldFromLeftCamera(*frame, model.geometry).rotation.toRotationMatrix(), headings);
+        seen.left, WorldFromCamera(*frame, model.geometry, seen.camera).rotation.toRotationMatrix(),
+        headings);
     if (!now || (agreed && !(*agreed == *now))) return std::nullopt;
     agreed = now;
   }
@@ -163,9 +164,10 @@ bool AreSideBySide(const LineSegment& a, const LineSegment& b, double max_apart)
 // Whether a frame saw both as different edges.
 bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart) {
   return std::any_of(a.frames.begin(), a.frames.end(), [&](const FrameState* frame) {
-    const auto seen = frame->lines.find(b.id);
-    return seen != frame->lines.end() &&
-           AreSideBySide(frame->lines.at(a.id).left, seen->second.left, max_apart);
+    const StereoLineMeasurement& of_a = frame->lines.at(a.id);
+    const auto of_b = frame->lines.find(b.id);
+    return of_b != frame->lines.end() && of_a.camera == of_b->second.camera &&
+           AreSideBySide(of_a.left, of_b->second.left, max_apart);
   });
 }
 
@@ -215,8 +217,9 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
 
 }  // namespace
 
-RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry) {
-  return frame.T_world_imu() * geometry.T_imu_camera[0];
+RigidTransform WorldFromCamera(const FrameState& frame, const StereoGeometry& geometry,
+                               int camera) {
+  return frame.T_world_imu() * geometry.T_imu_camera[camera];
 }
 
 std::vector<PosedLineObservation> CollectObservations(const LineLandmark& line) {
@@ -253,6 +256,7 @@ void RegisterLines(FrameState* frame, WindowState* window) {
   for (const auto& [id, measurement] : frame->lines) {
     LineLandmark& line = window->lines[id];
     line.id = id;
+    line.camera = measurement.camera;
     line.frames.push_back(frame);
   }
 }
@@ -265,7 +269,8 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
     if (line.estimated || line.retired) continue;
     if (static_cast<int>(line.frames.size()) < kMinKeyframes) continue;
     if (!options.anchor_at_origin) {
-      line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
+      line.anchor_world =
+          WorldFromCamera(*line.frames.front(), model.geometry, line.camera).translation;
     }
     const auto agreed =
         kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
@@ -374,8 +379,9 @@ void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* 
     const bool is_new = line.extent.empty();
     for (const FrameState* frame : line.frames) {
       if (!is_new && frame != &newest) continue;
-      const auto interval = ExtentAlong(line.InWorld(), frame->lines.at(id).left,
-                                        WorldFromLeftCamera(*frame, model.geometry));
+      const StereoLineMeasurement& seen = frame->lines.at(id);
+      const auto interval = ExtentAlong(line.InWorld(), seen.left,
+                                        WorldFromCamera(*frame, model.geometry, seen.camera));
       if (interval) line.extent.Add(interval->first, interval->second);
     }
   }

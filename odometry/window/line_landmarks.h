@@ -22,8 +22,8 @@
 
 namespace slcmap::inline odometry {
 
-// The pose of a frame's left camera.
-RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry);
+// The pose of a frame's camera.
+RigidTransform WorldFromCamera(const FrameState& frame, const StereoGeometry& geometry, int camera);
 
 // What the frames of the window saw of a line.
 std::vector<PosedLineObservation> CollectObservations(const LineLandmark& line);

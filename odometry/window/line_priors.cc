@@ -176,7 +176,8 @@ using Eigen::Vector3d;
 std::optional<FittedLine> FitFreeLine(const LineLandmarkOptions& options, const CostModel& model,
                                       LineLandmark line) {
   if (!line.estimated && !options.anchor_at_origin) {
-    line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
+    line.anchor_world =
+        WorldFromCamera(*line.frames.front(), model.geometry, line.camera).translation;
   }
   const auto fit = TriangulateGeneralLine(CollectObservations(line), line.anchor_world,
                                           model.Corrected(model.lines), options.triangulation);
@@ -186,9 +187,10 @@ std::optional<FittedLine> FitFreeLine(const LineLandmarkOptions& options, const 
   const PointAndDirection in_world = line.InWorld();
   LineExtent extent;
   for (const FrameState* frame : line.frames) {
-    const auto seen = ExtentAlong(in_world, frame->lines.at(line.id).left,
-                                  WorldFromLeftCamera(*frame, model.geometry));
-    if (seen) extent.Add(seen->first, seen->second);
+    const StereoLineMeasurement& seen = frame->lines.at(line.id);
+    const auto along =
+        ExtentAlong(in_world, seen.left, WorldFromCamera(*frame, model.geometry, seen.camera));
+    if (along) extent.Add(along->first, along->second);
   }
   if (extent.empty()) return std::nullopt;
   FittedLine out;

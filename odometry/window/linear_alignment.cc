@@ -25,7 +25,9 @@ struct FramePair {
 };
 
 Vector3d ComputeRay(const StereoMeasurement& measurement, const StereoGeometry& geometry) {
-  return (geometry.R_imu_camera[0] * geometry.OnTruePlane(0, measurement.left).homogeneous())
+  const int camera = measurement.camera;
+  return (geometry.R_imu_camera[camera] *
+          geometry.OnTruePlane(camera, measurement.left).homogeneous())
       .normalized();
 }
 
@@ -177,10 +179,12 @@ std::vector<ObservationsOfPoint> GatherObservations(
     for (const auto& [id, measurement] : frames[i]->measurements) {
       for (int c = 0; c < 2; ++c) {
         if (c == 1 && !measurement.right) continue;
+        const int camera = measurement.camera + c;
         by_id[id].push_back(
-            {(imu[i].rotation * geometry.R_imu_camera[c]).transpose(),
-             imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[c].translation, imu[i].t_s,
-             geometry.OnTruePlane(c, c == 0 ? measurement.left : *measurement.right)});
+            {(imu[i].rotation * geometry.R_imu_camera[camera]).transpose(),
+             imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[camera].translation,
+             imu[i].t_s,
+             geometry.OnTruePlane(camera, c == 0 ? measurement.left : *measurement.right)});
       }
     }
   }

@@ -10,7 +10,8 @@
 
 namespace slcmap::inline odometry {
 
-// The bias in rad/s with which the rotations of the gyroscope fit the left images: between two
+// The bias in rad/s with which the rotations of the gyroscope fit the images (the left ones, or of
+// two cameras that look apart both): between two
 // frames the rays a and R b of every point and the direction of travel t lie in a plane, wherever
 // the point is: t . (a x R b) = 0 (Kneip and Lynen, "Direct optimization of frame-to-frame
 // rotation", ICCV 2013; over several pairs with one bias: He et al., "A rotation-translation-

@@ -22,18 +22,20 @@ struct View {
 
 std::vector<View> CollectViews(const PointLandmark& landmark, const StereoGeometry& geometry) {
   std::vector<View> views;
-  const RigidTransform T_world_host = landmark.host()->T_world_imu() * geometry.T_imu_camera[0];
+  const RigidTransform T_world_host = WorldFromHost(landmark, geometry);
   const Vector2d left = landmark.host()->measurements.at(landmark.id).left;
-  const Vector3d ray = geometry.OnTruePlane(0, left).homogeneous();
+  const Vector3d ray = geometry.OnTruePlane(landmark.camera, left).homogeneous();
   for (const FrameState* frame : landmark.frames) {
     const StereoMeasurement& measurement = frame->measurements.at(landmark.id);
     const RigidTransform T_imu_world = frame->T_world_imu().Inverse();
     for (int c = 0; c < 2; ++c) {
       if (c == 0 && frame == landmark.host()) continue;
       if (c == 1 && !measurement.right) continue;
-      const RigidTransform T = geometry.T_imu_camera[c].Inverse() * T_imu_world * T_world_host;
-      views.push_back({T.rotation * ray, T.translation,
-                       geometry.OnTruePlane(c, c == 0 ? measurement.left : *measurement.right)});
+      const int camera = measurement.camera + c;
+      const RigidTransform T = geometry.T_imu_camera[camera].Inverse() * T_imu_world * T_world_host;
+      views.push_back(
+          {T.rotation * ray, T.translation,
+           geometry.OnTruePlane(camera, c == 0 ? measurement.left : *measurement.right)});
     }
   }
   return views;
@@ -120,6 +122,7 @@ void RegisterPoints(FrameState* frame, WindowState* window) {
   for (const auto& [id, measurement] : frame->measurements) {
     PointLandmark& landmark = window->landmarks[id];
     landmark.id = id;
+    landmark.camera = measurement.camera;
     landmark.frames.push_back(frame);
   }
 }
@@ -131,7 +134,8 @@ void TriangulatePoints(const PointTriangulationOptions& options, const StereoGeo
     const auto inverse_depth = TriangulateInverseDepth(landmark, geometry, options);
     landmark.triangulated = inverse_depth.has_value();
     if (!inverse_depth) continue;
-    const Vector2d left = geometry.OnTruePlane(0, landmark.host()->measurements.at(id).left);
+    const Vector2d left =
+        geometry.OnTruePlane(landmark.camera, landmark.host()->measurements.at(id).left);
     landmark.point = {left.x(), left.y(), *inverse_depth};
   }
 }
@@ -179,7 +183,7 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
 bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark) {
   const Vector3d p_world = LandmarkInWorld(*landmark, geometry);
   landmark->frames.erase(landmark->frames.begin());
-  const RigidTransform T_world_camera = landmark->host()->T_world_imu() * geometry.T_imu_camera[0];
+  const RigidTransform T_world_camera = WorldFromHost(*landmark, geometry);
   const Vector3d p_camera = T_world_camera.Inverse() * p_world;
   if (p_camera.z() < 0.05) return false;
   landmark->point = {p_camera.x() / p_camera.z(), p_camera.y() / p_camera.z(), 1.0 / p_camera.z()};
@@ -210,8 +214,7 @@ Landmark Describe(const PointLandmark& landmark, const CostModel& model,
   Landmark out;
   out.id = landmark.id;
   out.p_world = LandmarkInWorld(landmark, model.geometry);
-  const RigidTransform T_world_camera =
-      landmark.host()->T_world_imu() * model.geometry.T_imu_camera[0];
+  const RigidTransform T_world_camera = WorldFromHost(landmark, model.geometry);
   const Vector3d ray = (out.p_world - T_world_camera.translation).normalized();
   const auto covariance_m2 = CovarianceFromHost(landmark, model, window);
   const double variance_m2 = covariance_m2 ? ray.dot(*covariance_m2 * ray) : -1;

@@ -82,7 +82,7 @@ BasicTerm<Number> PointTerm(Of<Number, PointLandmark>& landmark, Of<Number, Fram
     term.blocks[0] = model.calibration->cameras.data();
     term.blocks[1] = landmark.point.data();
   } else {
-    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement);
+    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement, landmark.camera);
     BindPose(0, host, &term);
     BindPose(1, frame, &term);
     term.blocks[2] = model.calibration->cameras.data();
@@ -116,11 +116,11 @@ BasicTerm<Number> PointOnLineTerm(Of<Number, PointLandmark>& landmark,
   BasicTerm<Number> term;
   term.loss = model.point_on_line_loss.get();
   if (line.IsExact()) {
-    term.factor = std::make_unique<PointOnLineResidual>(&model.geometry, line.structural(),
-                                                        model.point_on_line_sigma_m);
+    term.factor = std::make_unique<PointOnLineResidual>(
+        &model.geometry, line.structural(), model.point_on_line_sigma_m, landmark.camera);
   } else {
-    term.factor = std::make_unique<PointOnFreeLineResidual>(&model.geometry, line.anchor_world,
-                                                            model.point_on_line_sigma_m);
+    term.factor = std::make_unique<PointOnFreeLineResidual>(
+        &model.geometry, line.anchor_world, model.point_on_line_sigma_m, landmark.camera);
   }
   BindPose(0, *landmark.host(), &term);
   const int next = BindLine(1, line, &term);

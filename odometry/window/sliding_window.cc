@@ -386,6 +386,7 @@ Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
     observation.landmark_id = id;
     observation.left_px = PixelFromPlane(camera, measurement.left);
     if (measurement.right) observation.right_px = PixelFromPlane(camera, *measurement.right);
+    observation.camera = measurement.camera;
     out.observations.push_back(observation);
   }
   out.lines = LinesInPixels(frame, camera);

@@ -94,7 +94,9 @@ Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
   RejectLineMisfits(options_, model, newest, window);
-  if (kinds_.structural) FindHeadings(*newest, model, window);
+  for (int camera = 0; kinds_.structural && camera < (LooksApart(rig_) ? 2 : 1); ++camera) {
+    FindHeadings(camera, *newest, model, window);
+  }
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, KindsNow(), classifier_, memberships_, deviations_, model, window);
   if (kinds_.structural && finds_slopes_) FindSlopes(*newest, model, window);
@@ -127,10 +129,12 @@ void Structure::LearnDeviation(const WindowState& window, const WindowCovariance
   deviations_.Solve();
 }
 
-void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
+void Structure::FindHeadings(int camera, const FrameState& newest, const CostModel& model,
                              WindowState* window) {
   std::vector<LineSegment> segments;
-  for (const auto& [id, measurement] : newest.lines) segments.push_back(measurement.left);
+  for (const auto& [id, measurement] : newest.lines) {
+    if (measurement.camera == camera) segments.push_back(measurement.left);
+  }
   std::vector<double> known_rad;  // withdrawn ones too, or they would be found again at once
   for (const HeadingState& heading : window->headings) {
     known_rad.push_back(heading.heading_rad[0]);
@@ -142,7 +146,7 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
   }
   detector_.SetKnownSlopes(slopes_world);
   const Eigen::Quaterniond R_world_camera =
-      newest.T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation;
+      newest.T_world_imu().rotation * model.geometry.T_imu_camera[camera].rotation;
   for (const HeadingEvidence& found :
        detector_.AddImage(segments, R_world_camera.toRotationMatrix())) {
     HeadingState& heading = window->headings.emplace_back();
@@ -179,7 +183,7 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
   const Camera& camera = rig_.cameras[0];
   std::vector<PointObservation> points;
   for (const auto& [id, m] : newest.measurements) {
-    points.push_back({id, PixelFromPlane(camera, m.left), std::nullopt});
+    points.push_back({id, PixelFromPlane(camera, m.left), std::nullopt, m.camera});
     if (m.right) points.back().right_px = PixelFromPlane(camera, *m.right);
   }
   memberships_.AddKeyframe(points, LinesInPixels(newest, camera));

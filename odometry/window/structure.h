@@ -60,7 +60,8 @@ class Structure {
  private:
   // What is estimated now: lines of no axis too where the building is crooked.
   LineKinds KindsNow() const;
-  void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
+  void FindHeadings(int camera, const FrameState& newest, const CostModel& model,
+                    WindowState* window);
   void FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window);
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;

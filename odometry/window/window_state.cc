@@ -25,10 +25,14 @@ std::vector<LineLandmark*> CollectLines(const PointLandmark& landmark, WindowSta
   return lines;
 }
 
+RigidTransform WorldFromHost(const PointLandmark& landmark, const StereoGeometry& geometry) {
+  return landmark.host()->T_world_imu() * geometry.T_imu_camera[landmark.camera];
+}
+
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry) {
   const Eigen::Vector3d p_camera =
       Eigen::Vector3d(landmark.point[0], landmark.point[1], 1) / landmark.inverse_depth_per_m();
-  return landmark.host()->T_world_imu() * (geometry.T_imu_camera[0] * p_camera);
+  return landmark.host()->T_world_imu() * (geometry.T_imu_camera[landmark.camera] * p_camera);
 }
 
 void LineExtent::Add(double from_m, double to_m) {
@@ -156,12 +160,13 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
     const PointAndDirection in_world = line.InWorld();
     const Vector3d from = in_world.point_world + line.extent.from_m() * in_world.direction_world;
     const Vector3d to = in_world.point_world + line.extent.to_m() * in_world.direction_world;
-    std::array<std::optional<LineSegment>, 2> seen;
-    for (int c = 0; c < 2; ++c) {
-      seen[c] = Project(from, to, frame.T_world_imu() * rectified_rig.T_imu_camera[c],
-                        rectified_rig.cameras[c]);
-    }
-    if (seen[0]) out.push_back({id, *seen[0], seen[1], kSigma_px});
+    const auto seen = [&](int camera) {
+      return Project(from, to, frame.T_world_imu() * rectified_rig.T_imu_camera[camera],
+                     rectified_rig.cameras[camera]);
+    };
+    const auto left = seen(line.camera);
+    const auto right = LooksApart(rectified_rig) ? std::nullopt : seen(1);
+    if (left) out.push_back({id, *left, right, kSigma_px, line.camera});
   }
   return out;
 }
@@ -192,6 +197,7 @@ std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera
     line.id = id;
     line.left_px = PixelFromPlane(camera, measurement.left);
     if (measurement.right) line.right_px = PixelFromPlane(camera, *measurement.right);
+    line.camera = measurement.camera;
   }
   return lines;
 }

@@ -55,10 +55,11 @@ struct FrameState {
   Eigen::Vector3d accel_bias() const { return Eigen::Vector3d::Map(speed_bias.data() + 6); }
 };
 
-// A point, by its inverse depth in the left camera of the frame that hosts it: the oldest frame of
-// the window that saw it.
+// A point, by its inverse depth in the left camera of the frame that hosts it (in the one that sees
+// it, where two look apart): the oldest frame of the window that saw it.
 struct PointLandmark {
   int64_t id = 0;
+  int camera = 0;                          // that sees it; of two that look apart
   std::vector<FrameState*> frames;         // that saw it, oldest first; the first is the host
   std::array<double, kPointSize> point{};  // x, y on z = 1 and the inverse depth in 1 / m
   bool triangulated = false;
@@ -130,6 +131,7 @@ class LineExtent {
 // block stays, in the prior too, when frames leave.
 struct LineLandmark {
   int64_t id = 0;
+  int camera = 0;                   // that looks for it; of two that look apart
   std::vector<FrameState*> frames;  // of the window that saw it, oldest first
   LineAxis axis = LineAxis::kNone;
   HeadingState* heading = nullptr;  // of its world; null for all but those along X and Y
@@ -190,6 +192,9 @@ std::vector<std::optional<double>> CollectHeadings(const WindowState& window);
 // The estimated structural lines that a landmark belongs to.
 std::vector<LineLandmark*> CollectLines(const PointLandmark& landmark, WindowState* window);
 
+// The camera that a landmark is told in, at its host.
+RigidTransform WorldFromHost(const PointLandmark& landmark, const StereoGeometry& geometry);
+
 // The position of a triangulated landmark.
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry);
 
@@ -216,7 +221,7 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
                                          const Rig& rectified_rig);
 
 // The vertical, the horizontal axes of all known worlds, and all known slopes, in a frame's left
-// camera.
+// (or first) camera.
 std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
                                           const Rig& rectified_rig);
 

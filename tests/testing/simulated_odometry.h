@@ -35,6 +35,7 @@ class SimulatedPoints final : public PointSource {
       PointObservation point;
       point.id = track.id;
       point.left_px = track.left_px;
+      point.camera = track.camera;
       if (stereo) point.right_px = track.right_px;
       const int age = ages_[track.id]++;
       if (static_cast<double>(track.id % 1000) < 1000 * outlier_share) point.left_px.y() += age;
@@ -201,6 +202,7 @@ struct SimulatedRunOptions {
   // Of points, both cameras'; lines are as if exposed at once. See Rig.
   double right_offset_s = 0, readout_s = 0;
   bool takes_rows_at_once = false;  // the estimator, though they are not
+  bool looks_apart = false;         // the second camera looks backwards, from 4 cm behind the first
   CalibrationFault fault;
   OdometryOptions odometry;
 };
@@ -321,6 +323,11 @@ inline SimulatedRun RunOnSimulatedTracks(
     const std::function<void(Estimator*)>& after_image = nullptr) {
   SimulatedRun out;
   out.rig = ExampleStereoRig();
+  if (options.looks_apart) {
+    out.rig.cameras[1] = out.rig.cameras[0];
+    out.rig.T_imu_camera[1] =
+        out.rig.T_imu_camera[0] * RigidTransform(ExpRotation({0, M_PI, 0}), {0, 0, -0.04});
+  }
   out.rig.right_time_offset_s = options.right_offset_s;
   out.rig.readout_s.fill(options.readout_s);
   const MotionSpline motion =

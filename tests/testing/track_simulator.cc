@@ -132,11 +132,43 @@ class TrackSimulator {
   SimulatedTracks result_;
 };
 
+// What one camera of a rig sees.
+SimulatedTracks TracksOf(int camera, const MotionSpline& motion, Rig rig,
+                         TrackSimulatorOptions options) {
+  rig.cameras[0] = rig.cameras[camera];
+  rig.T_imu_camera[0] = rig.T_imu_camera[camera];
+  options.seed += static_cast<uint64_t>(camera);
+  SimulatedTracks tracks = TrackSimulator(motion, rig, options).Run();
+  for (SimulatedTrackFrame& frame : tracks.frames) {
+    for (SimulatedTrack& track : frame.tracks) {
+      track = {2 * track.id + camera, track.left_px, std::nullopt, camera};
+    }
+  }
+  return tracks;
+}
+
 }  // namespace
 
 SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
                                const TrackSimulatorOptions& options) {
-  return TrackSimulator(motion, rig, options).Run();
+  if (!LooksApart(rig)) return TrackSimulator(motion, rig, options).Run();
+  SimulatedTracks both = TracksOf(0, motion, rig, options);
+  const SimulatedTracks second = TracksOf(1, motion, rig, options);
+  for (size_t i = 0; i < both.frames.size(); ++i) {
+    std::vector<SimulatedTrack>& tracks = both.frames[i].tracks;
+    tracks.insert(tracks.end(), second.frames[i].tracks.begin(), second.frames[i].tracks.end());
+    std::ranges::sort(tracks, {}, &SimulatedTrack::id);
+  }
+  const size_t rows = std::max(both.landmarks_world.size(), second.landmarks_world.size());
+  std::vector<Eigen::Vector3d> landmarks_world(2 * rows, Eigen::Vector3d::Zero());
+  for (size_t i = 0; i < both.landmarks_world.size(); ++i) {
+    landmarks_world[2 * i] = both.landmarks_world[i];
+  }
+  for (size_t i = 0; i < second.landmarks_world.size(); ++i) {
+    landmarks_world[2 * i + 1] = second.landmarks_world[i];
+  }
+  both.landmarks_world = std::move(landmarks_world);
+  return both;
 }
 
 }  // namespace slcmap

@@ -27,6 +27,7 @@ struct SimulatedTrack {
   int64_t id = 0;  // row in SimulatedTracks::landmarks_world
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right_px;  // where the right camera sees it too
+  int camera = 0;                           // whose left_px it is
 };
 
 // A straight edge, and the landmarks that lie on it.
@@ -65,6 +66,7 @@ struct SimulatedTracks {
 
 // Tracks over the whole motion. A landmark is tracked while the left camera sees it; where fewer
 // than max_tracks are left, new landmarks with new ids are taken up at random pixels.
+// Those of a rig that LooksApart() are of each camera alone: of the first with even ids.
 SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
                                const TrackSimulatorOptions& options);
 

@@ -136,8 +136,9 @@ TEST(CameraChoice, TakesTheFirstTwoThatSeeTheSameFromTwoPlaces) {
   EXPECT_THAT(ChooseCameras(chain, {3, 1}), ElementsAre(3, 1));
   EXPECT_THAT(ChooseCameras(chain, {4}), ElementsAre(4));
   EXPECT_THAT(ChooseCameras({At(0, 0, 0), At(1, 0.1, 0), At(2, 0.2, 0)}, {}), ElementsAre(0, 1));
-  // One alone where no two see the same.
-  EXPECT_THAT(ChooseCameras({At(0, 0, 0), At(1, 0.1, 2), At(2, 0.1, -2)}, {}), ElementsAre(0));
+  // The first two where no two see the same: each for itself.
+  EXPECT_THAT(ChooseCameras({At(0, 0, 0), At(1, 0.1, 2), At(2, 0.1, -2)}, {}), ElementsAre(0, 1));
+  EXPECT_THAT(ChooseCameras({At(0, 0, 0), At(1, 0, 3.1)}, {}), ElementsAre(0, 1));
   for (const std::vector<int>& wanted : {std::vector<int>{0, 5}, {1, 1}, {0, 1, 0}}) {
     EXPECT_THAT(MessageOf<DataError>([&] { ChooseCameras(chain, wanted); }),
                 HasSubstr("expected one or two different ones of cam0 cam1"));

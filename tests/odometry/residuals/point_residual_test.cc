@@ -77,6 +77,33 @@ TEST(PointResidual, JacobiansMatchDifferences) {
       {scene.cameras, {0.21, -0.13, 0.27}}, 1e-6);
 }
 
+// Of two cameras that look apart: seen by the second one, of a host's second one or first.
+TEST(PointResidual, AnyCameraMayBeHostAndTarget) {
+  PointScene scene;
+  const StereoMeasurement of_second{{0.3, -0.1}, {}, 1};
+  for (const int host : {0, 1}) {
+    const Eigen::Vector3d p_host =
+        Eigen::Vector3d(scene.left.x(), scene.left.y(), 1) / scene.inverse_depth;
+    const Eigen::Vector3d p_world = scene.host * (scene.geometry.T_imu_camera[host] * p_host);
+    const Eigen::Vector3d p_target =
+        (scene.target * scene.geometry.T_imu_camera[1]).Inverse() * p_world;
+    const PointResidual factor(&scene.geometry, of_second, host);
+    const auto blocks = scene.Blocks();
+    const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                                blocks[3].data()};
+    Eigen::Vector2d r;
+    factor.Evaluate(pointers, r.data(), nullptr);
+    EXPECT_LT((r - 600 * (p_target.hnormalized() - of_second.left)).norm(), 1e-9) << host;
+  }
+  scene.cameras = {0.02, -0.03, 0.01, 0.015, 1.5, -0.7};
+  for (const int host : {0, 1}) {
+    ExpectJacobiansMatchDifferences(PointResidual(&scene.geometry, of_second, host), scene.Blocks(),
+                                    1e-6);
+  }
+  ExpectJacobiansMatchDifferences(HostPointResidual(scene.geometry, of_second),
+                                  {scene.cameras, {0.21, -0.13, 0.27}}, 1e-6);
+}
+
 TEST(HostPointResidual, IsZeroAtTheTruePoint) {
   const PointScene scene;
   const HostPointResidual factor(scene.geometry, {scene.left, scene.Seen(scene.host, 1)});

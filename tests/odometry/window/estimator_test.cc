@@ -63,6 +63,34 @@ TEST(Estimator, StartsInMotionAndFindsLargeBiases) {
   }
 }
 
+// Forwards and backwards alone do not tell scale; both tell more of the motion than one.
+TEST(Estimator, TwoCamerasThatLookApartAreBothUsed) {
+  SimulatedRunOptions perfect = Perfect();
+  perfect.looks_apart = true;
+  const SimulatedRun exact = RunOnSimulatedTracks(perfect);
+  ASSERT_GT(exact.states.size(), 200u);
+  EXPECT_LT(LargestPositionError(exact), 5e-3);
+  EXPECT_EQ(exact.states.back().segment, 0);
+  double of_one_m = 0, of_both_m = 0;
+  for (const uint64_t seed : {3, 4, 5}) {
+    SimulatedRunOptions options = Noisy(seed);
+    options.stand_still_s = seed == 3 ? 0 : 2;
+    options.looks_apart = true;
+    const SimulatedRun both = RunOnSimulatedTracks(options);
+    options.looks_apart = false;
+    options.odometry.method = Method::kPointsMono;
+    of_one_m += LargestPositionError(RunOnSimulatedTracks(options));
+    of_both_m += LargestPositionError(both);
+    EXPECT_EQ(both.states.back().segment, 0);
+    std::array<int, 2> seen{};
+    for (const KeyframeObservation& point : both.run.keyframes.back().observations) {
+      ++seen[static_cast<size_t>(point.camera)];
+    }
+    EXPECT_GT(std::min(seen[0], seen[1]), 20);
+  }
+  EXPECT_LT(of_both_m, 0.8 * of_one_m);
+}
+
 TEST(Estimator, ClaimsTheCovarianceThatItsErrorsHave) {
   constexpr int kRuns = 12;
   double of_pose = 0, of_all = 0;
