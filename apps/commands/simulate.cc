@@ -2,20 +2,29 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/output_bag.h"
 #include "apps/commands/progress.h"
 #include "data/io/file.h"
+#include "data/io/yaml.h"
+#include "data/rig/rig_layout.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/simulation.h"
 #include "data/simulator/truth.h"
+#include "data/source/convert_recording.h"
 
 namespace slcmap::inline commands {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kExamples = R"(Examples:
   slcmap simulate config/scenes/office_corridor.yaml -o corridor
@@ -26,6 +35,8 @@ constexpr const char* kExamples = R"(Examples:
       with TUM VI's fisheye rig, whose camera clock is 12 ms behind the IMU's
   slcmap simulate config/scenes/office_corridor.yaml -o crooked --inexact 1 --inexact-seed 2
       the same building as builders leave it: walls bend, fittings are turned
+  slcmap simulate config/scenes/office_corridor.yaml -o walk.mcap --as realsense
+      a bag as the driver of a RealSense writes it: topics, frames, rectified images, camera_info
 
 It writes a EuRoC folder (mav0) and beside it what is true (truth): trajectory.tum, rig.yaml, the
 scene's edges with the parts that the cameras saw, its walls and rooms, and depth images with
@@ -36,6 +47,7 @@ struct SimulateArguments {
   std::optional<double> exposure_ms;
   std::optional<double> inexact;  // instead of what the scene says
   std::optional<int> inexact_seed;
+  std::string as;  // a profile
   bool without_image_noise = false;
   bool only_building = false;
 };
@@ -96,9 +108,9 @@ void WriteBuildingTruth(const SimulateArguments& arguments) {
                building.walls.size(), building.rooms.size(), pipes.size());
 }
 
-void RunSimulate(const SimulateArguments& arguments) {
+// Into a folder. Returns the number of pairs.
+int SimulateFolder(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
-  if (arguments.only_building) return WriteBuildingTruth(arguments);
   const ProcessCost before = CostSoFar();
   std::optional<RecordingBar> bar;
   const SimulationState summary = Simulate(
@@ -122,6 +134,56 @@ void RunSimulate(const SimulateArguments& arguments) {
     spdlog::info("the nearest surface is {:.2f} m away, in pair {}", summary.nearest_m,
                  summary.nearest_pair);
   }
+  return summary.pairs;
+}
+
+const RigProfile& ProfileNamed(const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& [known, profile] : KnownProfiles()) names.push_back(known);
+  const auto found = KnownProfiles().find(name);
+  if (found != KnownProfiles().end()) return found->second;
+  throw ConfigError(fmt::format("--as: found {}, expected one of {}{}", name,
+                                fmt::join(names, ", "), DidYouMean(name, names)));
+}
+
+// As the rig's driver would have recorded what is simulated.
+void SimulateBag(SimulateArguments arguments, const BagPacking& packing) {
+  SimulationOptions& options = arguments.simulation;
+  const std::string path = options.folder;
+  const std::string truth = fs::path(path).replace_extension("").string() + "_truth";
+  if (fs::exists(truth)) {
+    throw ConfigError(
+        fmt::format("output {}: found something there, expected nothing: remove it, or "
+                    "name another",
+                    truth));
+  }
+  OutputBag output(path, packing, options.scene);
+  const std::string bag = output.Begin();
+  options.folder = bag + ".sequence";
+  if (SimulateFolder(arguments) == 0) return;
+  const auto recording = OpenTables(options.folder, {});
+  Warnings warnings;
+  const Rig rig = recording->FindCalibration({}, {}, &warnings).rig;
+  RigLayout layout;
+  layout.rig = rig;
+  if (options.profile != nullptr) layout = LayoutFor(*options.profile, rig);
+  WriteBagRecording(*recording, {}, packing, false, bag, StageProgress("bag"), layout);
+  output.Commit();
+  fs::rename(options.folder + "/truth", truth);
+  spdlog::info("wrote {} and {}", path, truth);
+}
+
+void RunSimulate(SimulateArguments arguments) {
+  SimulationOptions& options = arguments.simulation;
+  if (!arguments.as.empty()) options.profile = &ProfileNamed(arguments.as);
+  if (arguments.only_building) return WriteBuildingTruth(arguments);
+  const BagPacking packing = ParsePacking(options.folder, "");
+  if (packing.form != kFolder) return SimulateBag(arguments, packing);
+  if (options.profile != nullptr) {
+    throw ConfigError("--as: found it with the folder " + options.folder +
+                      ", expected an -o that ends with .bag, .mcap or .db3");
+  }
+  SimulateFolder(arguments);
 }
 
 void AddMotionOptions(SimulationOptions& options, CLI::App* command) {
@@ -177,12 +239,18 @@ void AddSimulateCommand(CLI::App& app) {
   command->add_option("scene", options.scene, "Description of the building (YAML)")
       ->type_name("SCENE")
       ->required();
-  command->add_option("-o,--output", options.folder, "Folder of the sequence, new")
+  command
+      ->add_option("-o,--output", options.folder,
+                   "Folder of the sequence, new; or a bag by its ending: .bag, .db3, .mcap")
       ->type_name("SEQ")
       ->required();
   AddMotionOptions(options, command);
   AddBuildingOptions(*arguments, command);
   AddSensorOptions(*arguments, command);
+  command
+      ->add_option("--as", arguments->as,
+                   "Write the bag as the driver of this rig would, one of config/profiles")
+      ->type_name("PROFILE");
   command->add_flag(
       "--only-building", arguments->only_building,
       "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");

@@ -5,7 +5,6 @@
 #include <array>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "data/bag/messages.h"
@@ -15,28 +14,19 @@
 #include "data/rig/frames.h"
 #include "data/rig/peek.h"
 #include "data/rig/profile.h"
+#include "data/rig/rig_layout.h"
 
 namespace slcmap::inline data {
 namespace {
 
 using FirstMessages = std::map<std::string, FirstMessage>;
 
-// How RealSense Viewer names what belongs to a stream.
-constexpr std::string_view kViewerImages = "/image/data", kViewerImu = "/imu/data";
-
-std::string ViewerStream(const std::string& topic) {
-  for (const std::string_view ending : {kViewerImages, kViewerImu}) {
-    if (topic.ends_with(ending)) return topic.substr(0, topic.size() - ending.size());
-  }
-  return "";
-}
-
 // Where drivers put the camera_info of a topic of images; "" where there is none.
 std::string FindInfoTopic(const Bag& bag, const std::string& images) {
   const std::string plain = WithoutCompressed(images);
   const std::string folder = plain.substr(0, plain.rfind('/'));
   std::vector<std::string> names = {folder + "/camera_info", plain + "/camera_info"};
-  if (plain.ends_with(kViewerImages)) names = {ViewerStream(plain) + "/info/camera_info"};
+  if (!ViewerStream(plain).empty()) names = {ViewerStream(plain) + "/info/camera_info"};
   for (const std::string& name : names) {
     const BagTopic* topic = FindTopicNamed(bag, name);
     if (topic != nullptr && topic->type == RosCameraInfo::kType) return name;
@@ -123,8 +113,7 @@ class BagRig {
   }
 
   ImageKind KindOfImages() const {
-    if (profile_ != nullptr && profile_->images) return *profile_->images;
-    if (topics_.left.find("rect") != std::string::npos) return ImageKind::kRectified;
+    if (const auto told = KindByNames(profile_, topics_.left)) return *told;
     bool undistorted = true;
     for (const BagCamera& camera : cameras_) {
       undistorted = undistorted && camera.info && IsUndistorted(*camera.info);

@@ -32,6 +32,14 @@ std::string WithoutCompressed(const std::string& name) {
   return name.ends_with(suffix) ? name.substr(0, name.size() - suffix.size()) : name;
 }
 
+std::string ViewerStream(const std::string& topic) {
+  for (const std::string_view ending : {"/image/data", "/imu/data"}) {
+    const bool is_viewers = topic.starts_with("/device_") && topic.ends_with(ending);
+    if (is_viewers) return topic.substr(0, topic.size() - ending.size());
+  }
+  return "";
+}
+
 const BagTopic* FindTopicNamed(const Bag& bag, const std::string& name) {
   const auto topic = std::ranges::find_if(bag.topics(), [&](const BagTopic& known) {
     return known.name == name && known.messages != 0;

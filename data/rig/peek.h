@@ -19,6 +19,9 @@ inline constexpr const char* kCompressedSuffix = "/compressed";
 // A name without what says that images are compressed.
 std::string WithoutCompressed(const std::string& name);
 
+// How RealSense Viewer names what belongs to a topic's stream; "" of others' topics.
+std::string ViewerStream(const std::string& topic);
+
 // Of a topic with messages; nullptr where there is none of this name.
 const BagTopic* FindTopicNamed(const Bag& bag, const std::string& name);
 

@@ -73,11 +73,6 @@ std::optional<std::string> FindStar(const std::string& pattern, const std::strin
   return name.substr(star, name.size() - before.size() - behind.size());
 }
 
-std::string WithStar(std::string pattern, const std::string& star) {
-  const size_t at = pattern.find('*');
-  return at == std::string::npos ? pattern : pattern.replace(at, 1, star);
-}
-
 // As it is there, compressed or not; "" where it is not.
 std::string FindImages(const std::string& name, const Bag& bag) {
   for (const std::string& there : {name, name + kCompressedSuffix}) {
@@ -166,6 +161,11 @@ std::map<std::string, RigProfile> ReadProfiles(const std::string& folder) {
 
 }  // namespace
 
+std::string WithStar(std::string pattern, const std::string& star) {
+  const size_t at = pattern.find('*');
+  return at == std::string::npos ? pattern : pattern.replace(at, 1, star);
+}
+
 RigProfile ReadProfile(const std::string& path) {
   RigProfile profile;
   profile.name = fs::path(path).stem().string();
@@ -173,6 +173,7 @@ RigProfile ReadProfile(const std::string& path) {
   root.Read("rig", &profile.rig);
   for (const YamlSection& row : root.List("topics")) profile.topics.push_back(ReadPatterns(row));
   if (profile.topics.empty()) FailProfile(root, "topics", "missing, expected names of topics");
+  root.Read("prefix", &profile.prefix);
   ReadImages(&root, &profile);
   if (root.Has("time_offset_s"))
     root.Read("time_offset_s", &profile.camera_time_offset_s.emplace());

@@ -5,6 +5,7 @@
 //   topics:                 # the first that are all there; * is the same text in all of one row
 //     - {left: "*/infra1/image_rect_raw", right: "*/infra2/image_rect_raw", imu: "*/imu"}
 //     - {left: ..., right: ..., gyro: "*/gyro/sample", accel: "*/accel/sample"}
+//   prefix: /zed/zed_node   # what * is in a bag that the simulator writes; /camera without it
 //   images: rectified       # or raw; else by names and camera_info
 //   resolutions: [[752, 480]]  # only images of these sizes
 //   time_offset_s: 0.0056   # stamp on the IMU's clock = camera stamp + this
@@ -35,6 +36,7 @@ struct RigProfile {
   std::string name;  // of its file
   std::string rig;   // in words
   std::vector<TopicPatterns> topics;
+  std::string prefix = "/camera";
   std::optional<ImageKind> images;
   std::vector<cv::Size> resolutions_px;  // empty: any
   std::optional<double> camera_time_offset_s;
@@ -47,6 +49,9 @@ RigProfile ReadProfile(const std::string& path);
 
 // Those of config/profiles, by name; the same each time.
 const std::map<std::string, RigProfile>& KnownProfiles();
+
+// The name of a topic by its pattern.
+std::string WithStar(std::string pattern, const std::string& star);
 
 // The topics of a profile in a bag, of those that agree with `said`.
 struct ProfileMatch {

@@ -15,6 +15,7 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/program_files.h"
+#include "data/rig/rig_layout.h"
 #include "data/simulator/made_motion.h"
 #include "data/simulator/motion.h"
 #include "data/simulator/scene/scene.h"
@@ -194,11 +195,35 @@ ImuModel MakeModel(const SimulationOptions& options, const Rig& rig) {
   return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
 }
 
+// The same view with other pixels.
+void Resize(const cv::Size& size_px, Camera* camera) {
+  const double wider = 1.0 * size_px.width / camera->width_px;
+  const double higher = 1.0 * size_px.height / camera->height_px;
+  camera->width_px = size_px.width;
+  camera->height_px = size_px.height;
+  camera->fx_px *= wider;
+  camera->fy_px *= higher;
+  camera->cx_px = wider * (camera->cx_px + 0.5) - 0.5;
+  camera->cy_px = higher * (camera->cy_px + 0.5) - 0.5;
+}
+
+Rig ReadKnownRig(const SimulationOptions& options) {
+  Rig rig = ReadSimulatedRig(options.rig);
+  if (options.profile == nullptr) return rig;
+  const RigProfile& profile = *options.profile;
+  if (!profile.resolutions_px.empty()) {
+    for (Camera& camera : rig.cameras) Resize(profile.resolutions_px.front(), &camera);
+  }
+  if (profile.imu_noise) rig.imu_noise = *profile.imu_noise;
+  if (profile.camera_time_offset_s) rig.camera_time_offset_s = *profile.camera_time_offset_s;
+  return LayoutFor(profile, rig).kind == ImageKind::kRectified ? Rectified(rig) : rig;
+}
+
 // As the rig truly is.
 Rig MakeTrueRig(const SimulationOptions& options) {
-  Rig rig = ReadSimulatedRig(options.rig);
+  Rig rig = ReadKnownRig(options);
   rig.imu_noise = MakeModel(options, rig).noise;
-  rig.camera_time_offset_s = options.time_offset_s;
+  rig.camera_time_offset_s = options.time_offset_s.value_or(rig.camera_time_offset_s);
   rig.right_time_offset_s = options.right_offset_s.value_or(rig.right_time_offset_s);
   if (options.readout_s) rig.readout_s.fill(*options.readout_s);
   const std::vector<double>& scale = options.imu_scale;
@@ -308,7 +333,8 @@ void SimulationOptions::Check() const {
         fmt::format("simulate: --rate: found {:.6g}, expected {} to {} pairs a second",
                     image_rate_hz, kLeastRate_hz, kMostRate_hz));
   }
-  expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
+  expect(std::abs(time_offset_s.value_or(0)) <= 0.5,
+         "--time-offset-s: expected at most 0.5 either way");
   expect(std::abs(right_offset_s.value_or(0)) <= kMostRightOffset_s,
          "--right-offset-s: expected at most 0.03 either way");
   expect(std::abs(readout_s.value_or(0)) <= kMostReadout_s,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/core/types.h"
+#include "data/rig/profile.h"
 #include "data/simulator/sequence_writer.h"
 
 namespace slcmap::inline data {
@@ -46,13 +47,16 @@ struct SimulationOptions {
   double from_s = 0;          // into the motion
   double duration_s = 0;      // 0: to the end
   std::string rig = "euroc";  // see ReadSimulatedRig
-  std::string imu;            // see ImuModelFromName; "": the rig's own
+  // Of a rig that is to be so, too: images rectified and of its size, its noise and time offset.
+  const RigProfile* profile = nullptr;
+  std::string imu;  // see ImuModelFromName; "": the rig's own
   double image_rate_hz = 20;
   // Of an IMU that reads too much by these shares, the accelerometer's and the gyroscope's (one
   // number: of both), along axes that are off by so much; see MisreadingImu. Not told in mav0.
   std::vector<double> imu_scale;
   double imu_axes_deg = 0;
-  double time_offset_s = 0;  // stamp on the IMU's clock minus stamp on the camera's
+  // Stamp on the IMU's clock minus stamp on the camera's; the profile's, or 0, without it.
+  std::optional<double> time_offset_s;
   // Of Rig, instead of what the rig's file says; the right images have stamps of their own.
   std::optional<double> right_offset_s, readout_s;
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -19,6 +20,7 @@
 #include "data/core/types.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
+#include "data/rig/peek.h"
 #include "data/source/imu_streams.h"
 
 namespace slcmap::inline data {
@@ -186,15 +188,41 @@ void RequireStamps(const RecordingTables& recording, const PartRows& rows) {
 
 bool IsFile(const KeptImage& kept) { return !ExtensionFor(kept.bytes).empty(); }
 
+// A bag that is written.
+struct OpenedBag {
+  BagEncoding encoding;
+  std::unique_ptr<BagWriter> writer;
+  std::optional<RigLayout> layout;
+
+  uint32_t AddTopic(const std::string& name, const std::string& type) {
+    return writer->AddTopic(
+        {name, type, encoding, encoding == BagEncoding::kRos1 ? "ros1" : "cdr"});
+  }
+  template <typename Message>
+  void Write(uint32_t topic, int64_t received_ns, const Message& message) {
+    writer->Write(topic, received_ns, EncodeMessage(encoding, message));
+  }
+  std::string FrameOf(const std::string& topic, const std::string& sensor) const {
+    return layout ? layout->FrameOf(topic) : sensor;
+  }
+};
+
 // The IMU's rows as messages.
 class ImuMessages {
  public:
-  ImuMessages(const std::vector<ImuRow>& rows, BagEncoding encoding, BagWriter* writer,
-              const std::function<uint32_t(const std::string&, const char*)>& add_topic)
-      : encoding_(encoding), writer_(*writer), apart_(LackHalves(rows)) {
+  ImuMessages(const std::vector<ImuRow>& rows, OpenedBag* bag) : bag_(*bag) {
     if (rows.empty()) return;
-    gyro_ = add_topic(apart_ ? "/imu0/gyro" : "/imu0", RosImu::kType);
-    accel_ = apart_ ? add_topic("/imu0/accel", RosImu::kType) : gyro_;
+    const bool apart = LackHalves(rows);
+    const std::string gyro = bag_.layout ? bag_.layout->topics.gyro
+                             : apart     ? "/imu0/gyro"
+                                         : "/imu0";
+    const std::string accel = bag_.layout ? bag_.layout->topics.accel
+                              : apart     ? "/imu0/accel"
+                                          : gyro;
+    gyro_ = {bag_.AddTopic(gyro, RosImu::kType), bag_.FrameOf(gyro, "imu0")};
+    accel_ = gyro_;
+    apart_ = gyro != accel;
+    if (apart_) accel_ = {bag_.AddTopic(accel, RosImu::kType), bag_.FrameOf(accel, "imu0")};
   }
 
   void Write(const ImuRow& row, int64_t received_ns) {
@@ -207,54 +235,73 @@ class ImuMessages {
   }
 
  private:
-  void Put(uint32_t topic, const ImuRow& row, int64_t received_ns) {
+  struct Topic {
+    uint32_t number = 0;
+    std::string frame;
+  };
+
+  void Put(const Topic& topic, const ImuRow& row, int64_t received_ns) {
     RosImu imu;
     imu.stamp_ns = row.stamp_ns;
-    imu.frame_id = "imu0";
+    imu.frame_id = topic.frame;
     imu.orientation_covariance[0] = -1;  // not known, as the message's definition has it
     Eigen::Map<Eigen::Vector3d>(imu.angular_velocity_rad_s.data()) = row.angular_velocity_rad_s;
     Eigen::Map<Eigen::Vector3d>(imu.linear_acceleration_m_s2.data()) = row.specific_force_m_s2;
-    writer_.Write(topic, received_ns, EncodeMessage(encoding_, imu));
+    bag_.Write(topic.number, received_ns, imu);
   }
 
-  const BagEncoding encoding_;
-  BagWriter& writer_;
-  const bool apart_;
-  uint32_t gyro_ = 0, accel_ = 0;
+  OpenedBag& bag_;
+  Topic gyro_, accel_;
+  bool apart_ = false;
 };
 
 // One camera's images as messages.
 class ImageMessages {
  public:
-  ImageMessages(int camera, bool as_files, BagEncoding encoding, uint32_t topic, BagWriter* writer)
-      : frame_(CameraName(camera)),
-        as_files_(as_files),
-        encoding_(encoding),
-        topic_(topic),
-        writer_(*writer) {}
+  ImageMessages(int camera, bool as_files, OpenedBag* bag) : as_files_(as_files), bag_(*bag) {
+    const std::string name =
+        bag_.layout ? bag_.layout->ImagesOf(camera) : fmt::format("/cam{}/image_raw", camera);
+    frame_ = bag_.FrameOf(name, CameraName(camera));
+    topic_ = bag_.AddTopic(name + (as_files ? kCompressedSuffix : ""),
+                           as_files ? RosCompressedImage::kType : RosImage::kType);
+    if (!bag_.layout) return;
+    is_coloured_ = bag_.layout->IsColoured();
+    info_ = bag_.layout->Info(camera);
+    info_topic_ = bag_.AddTopic(bag_.layout->InfoOf(camera), RosCameraInfo::kType);
+  }
 
   // nullptr, or why it is not there.
   const char* Write(const KeptImage& kept, int64_t stamp_ns, int64_t received_ns) {
     if (kept.problem != nullptr) return kept.problem;
-    if (as_files_) return WriteAsFile(kept, stamp_ns, received_ns);
+    const char* const problem = as_files_ ? WriteAsFile(kept, stamp_ns, received_ns)
+                                          : WritePixels(kept, stamp_ns, received_ns);
+    if (problem != nullptr || !info_) return problem;
+    info_->stamp_ns = stamp_ns;
+    bag_.Write(info_topic_, received_ns, *info_);
+    return nullptr;
+  }
+
+ private:
+  const char* WritePixels(const KeptImage& kept, int64_t stamp_ns, int64_t received_ns) {
     const cv::Mat grey = StoredGray(kept);
     if (grey.empty() || grey.channels() != 1) return kImageUndecodable;
     const bool deep = grey.depth() == CV_16U;
     if (!deep && grey.depth() != CV_8U) return kImageUndecodable;
-    const cv::Mat pixels = grey.isContinuous() ? grey : grey.clone();
+    cv::Mat pixels = grey.isContinuous() ? grey : grey.clone();
+    const bool is_coloured = is_coloured_ && !deep;
+    if (is_coloured) cv::cvtColor(grey, pixels, cv::COLOR_GRAY2BGRA);
     RosImage image;
     image.stamp_ns = stamp_ns;
     image.frame_id = frame_;
     image.width_px = static_cast<uint32_t>(pixels.cols);
     image.height_px = static_cast<uint32_t>(pixels.rows);
-    image.encoding = deep ? "mono16" : "mono8";
-    image.step_bytes = static_cast<uint32_t>(pixels.cols * (deep ? 2 : 1));
+    image.encoding = deep ? "mono16" : is_coloured ? "bgra8" : "mono8";
+    image.step_bytes = static_cast<uint32_t>(static_cast<size_t>(pixels.cols) * pixels.elemSize());
     image.data.bytes = std::as_bytes(std::span(pixels.data, pixels.total() * pixels.elemSize()));
-    writer_.Write(topic_, received_ns, EncodeMessage(encoding_, image));
+    bag_.Write(topic_, received_ns, image);
     return nullptr;
   }
 
- private:
   const char* WriteAsFile(const KeptImage& kept, int64_t stamp_ns, int64_t received_ns) {
     std::string bytes = kept.bytes;
     if (!IsFile(kept)) {
@@ -267,16 +314,24 @@ class ImageMessages {
     image.frame_id = frame_;
     image.format = ExtensionFor(bytes) == ".png" ? "png" : "jpeg";
     image.data.bytes = AsBytes(bytes);
-    writer_.Write(topic_, received_ns, EncodeMessage(encoding_, image));
+    bag_.Write(topic_, received_ns, image);
     return nullptr;
   }
 
-  const std::string frame_;
   const bool as_files_;
-  const BagEncoding encoding_;
-  const uint32_t topic_;
-  BagWriter& writer_;
+  OpenedBag& bag_;
+  std::string frame_;
+  uint32_t topic_ = 0, info_topic_ = 0;
+  bool is_coloured_ = false;
+  std::optional<RosCameraInfo> info_;
 };
+
+void WritePoses(int64_t stamp_ns, OpenedBag* bag) {
+  if (!bag->layout) return;
+  for (const RigMessage& message : PoseMessages(*bag->layout, bag->encoding, stamp_ns)) {
+    bag->writer->Write(bag->AddTopic(message.topic, message.type), stamp_ns, message.bytes);
+  }
+}
 
 // A row in the order in which it is written: by stamps, where those of its table rise.
 struct OrderedRow {
@@ -330,29 +385,27 @@ ConvertedCounts WriteAslRecording(const RecordingTables& recording, const Sequen
 
 ConvertedCounts WriteBagRecording(const RecordingTables& recording, const SequencePart& part,
                                   const BagPacking& packing, bool keep_files,
-                                  const std::string& path, const Progress& progress) {
+                                  const std::string& path, const Progress& progress,
+                                  const std::optional<RigLayout>& layout) {
   Warnings of_reading;
-  const PartRows rows = ReadRows(recording, part, &of_reading);
+  PartRows rows = ReadRows(recording, part, &of_reading);
+  if (layout) {
+    std::erase_if(rows.images, [&](const auto& of) { return layout->ImagesOf(of.first).empty(); });
+  }
   RequireImages(recording, part, rows);
   RequireStamps(recording, rows);
-  const bool is_ros1 = packing.form == "bag";
-  const BagEncoding encoding = is_ros1 ? BagEncoding::kRos1 : BagEncoding::kCdr;
-  const std::unique_ptr<BagWriter> writer = CreateBag(path, packing);
-  const auto add_topic = [&](const std::string& name, const char* type) {
-    return writer->AddTopic({name, type, encoding, is_ros1 ? "ros1" : "cdr"});
-  };
+  OpenedBag bag{packing.form == "bag" ? BagEncoding::kRos1 : BagEncoding::kCdr,
+                CreateBag(path, packing), layout};
   const SharedImageStore images = recording.images();
   std::map<int, ImageMessages> cameras;
   for (const auto& [camera, files] : rows.images) {
-    const bool as_files = keep_files && AreFiles(*images, files);
-    const uint32_t topic =
-        add_topic(fmt::format("/cam{}/image_raw{}", camera, as_files ? "/compressed" : ""),
-                  as_files ? RosCompressedImage::kType : RosImage::kType);
-    cameras.try_emplace(camera, camera, as_files, encoding, topic, writer.get());
+    cameras.try_emplace(camera, camera, keep_files && AreFiles(*images, files), &bag);
   }
-  ImuMessages imu(rows.imu, encoding, writer.get(), add_topic);
+  ImuMessages imu(rows.imu, &bag);
   ConvertedRows written(rows.size(), progress);
-  for (const OrderedRow& each : OrderRows(rows)) {
+  const std::vector<OrderedRow> ordered = OrderRows(rows);
+  WritePoses(ordered.front().written_ns, &bag);
+  for (const OrderedRow& each : ordered) {
     if (each.camera < 0) {
       imu.Write(rows.imu[each.row], each.written_ns);
       written.Add("imu0");
@@ -363,7 +416,7 @@ ConvertedCounts WriteBagRecording(const RecordingTables& recording, const Sequen
         cameras.at(each.camera).Write(images->Read(file.path), file.stamp_ns, each.written_ns);
     problem == nullptr ? written.Add(CameraName(each.camera)) : written.Lose(problem, file.path);
   }
-  writer->Close();
+  bag.writer->Close();
   written.counts().warnings.Merge(of_reading);
   return written.counts();
 }

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "data/bag/bag.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
+#include "data/rig/rig_layout.h"
 #include "data/source/recording_tables.h"
 #include "data/source/sequence.h"
 
@@ -32,10 +34,12 @@ ConvertedCounts WriteAslRecording(const RecordingTables& recording, const Sequen
 
 // Into a bag, with EuRoC's topics: pixels of 8 or 16 bits of grey, with `keep_files` the files that
 // images are (PNG and JPEG, topics with /compressed behind them). Where gyroscope and accelerometer
-// have rows of their own, they have topics of their own. Images that cannot be decoded are counted
-// and left out. A db3 is a folder.
+// have rows of their own, they have topics of their own. With a layout, topics, frames, colours and
+// calibration are as that rig's driver has them, of left and right cameras alone. Images that
+// cannot be decoded are counted and left out. A db3 is a folder.
 ConvertedCounts WriteBagRecording(const RecordingTables& recording, const SequencePart& part,
                                   const BagPacking& packing, bool keep_files,
-                                  const std::string& path, const Progress& progress);
+                                  const std::string& path, const Progress& progress,
+                                  const std::optional<RigLayout>& layout = std::nullopt);
 
 }  // namespace slcmap::data
