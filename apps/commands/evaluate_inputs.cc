@@ -221,8 +221,6 @@ RigidTransform TrajectoryFromMap(const std::string& trajectory,
 
 namespace {
 
-namespace fs = std::filesystem;
-
 bool IsThere(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error);

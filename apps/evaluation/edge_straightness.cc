@@ -150,10 +150,8 @@ std::optional<DirectionMetrics> MeasureDirections(const Directions& directions,
 namespace {
 
 using Eigen::Matrix2d;
-using Eigen::Matrix3d;
 using Eigen::Matrix4d;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr int kIterations = 10;

@@ -138,8 +138,6 @@ std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& poin
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double kLevel = 0.26;        // most of the vertical in a level axis: 15 degrees
 constexpr double kBin_m = 0.01;        // of the search for offsets
 constexpr double kInFront_m = 0.1;     // of a wall the camera is
@@ -264,8 +262,6 @@ std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
 }
 
 namespace {
-
-using Eigen::Vector3d;
 
 std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges) {
   std::vector<WeightedDirection> directions;

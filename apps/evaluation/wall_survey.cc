@@ -356,8 +356,6 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
 
 namespace {
 
-using Eigen::Vector3d;
-
 // A plane with the box around its outline, in axes along it.
 class WallRegion {
  public:
