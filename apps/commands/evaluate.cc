@@ -48,7 +48,7 @@ struct EvaluateArguments {
   bool accept_changed = false;
   ExternalMapArguments maps;
   std::string json, plots;
-  TrajectoryMetricOptions options;
+  double max_truth_gap_s = kMaxTruthGap_s;
   LineMetricOptions line_options;
   VisibilityOptions visibility;
 };
@@ -75,7 +75,7 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   Warnings warnings;
   edges->clear =
       ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)), ReadTruth(arguments.inputs),
-                  ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
+                  ReadCalibration(rig, &warnings).rig, StageProgress("edges"));
 }
 
 // The marks of a map, beside its lines.
@@ -126,12 +126,11 @@ Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignm
 
 Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& alignment) {
   const SurfaceInputs& inputs = arguments.surfaces;
-  const CloudMetricOptions options;
   const Trajectory truth = ReadTruth(arguments.inputs);
-  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, alignment, options,
-                                                  arguments.visibility, StageProgress("surfaces"));
-  std::fputs(("\n" + SurfaceTable(inputs, metrics, options)).c_str(), stdout);
-  return SurfaceJson(inputs, metrics, options);
+  const SurfaceMetrics metrics =
+      EvaluateSurfaces(inputs, truth, alignment, arguments.visibility, StageProgress("surfaces"));
+  std::fputs(("\n" + SurfaceTable(inputs, metrics)).c_str(), stdout);
+  return SurfaceJson(inputs, metrics);
 }
 
 // Prints the table and draws the plan.
@@ -192,7 +191,6 @@ void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun&
 
 // With the observations of a run, which may be another than the estimate's.
 Json EvaluateStraightness(const EvaluateArguments& arguments) {
-  const StraightnessOptions options;
   const Progress progress = StageProgress("straightness");
   const Trajectory truth_poses = ReadTruth(arguments.inputs);
   const Trajectory estimate = LoadEstimate(arguments.inputs, truth_poses).poses;
@@ -203,30 +201,28 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
   });
   RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
   const Trajectory final_poses = RefineTrajectory(run, &run.warnings);
-  const StraightnessReference reference = MakeReference(run, final_poses, {&estimate}, truth,
-                                                        options, progress.Part(0, kReferenceMade));
+  const StraightnessReference reference =
+      MakeReference(run, final_poses, {&estimate}, truth, progress.Part(0, kReferenceMade));
   const Straightness with_truth = MeasureStraightness(
-      reference, truth.trajectory, {}, options, progress.Part(kReferenceMade, kTruthMeasured));
-  const Straightness straightness = MeasureStraightness(reference, estimate, truth.trajectory,
-                                                        options, progress.Part(kTruthMeasured, 1));
+      reference, truth.trajectory, {}, progress.Part(kReferenceMade, kTruthMeasured));
+  const Straightness straightness =
+      MeasureStraightness(reference, estimate, truth.trajectory, progress.Part(kTruthMeasured, 1));
   std::printf("\nstraightness, with the observations of %s\n%s\nthe same with true poses\n%s",
-              arguments.observations.c_str(),
-              StraightnessTable(straightness, &with_truth, options).c_str(),
-              StraightnessTable(with_truth, nullptr, options).c_str());
+              arguments.observations.c_str(), StraightnessTable(straightness, &with_truth).c_str(),
+              StraightnessTable(with_truth, nullptr).c_str());
   return {{"observations", arguments.observations},
-          {"estimate", StraightnessJson(straightness, &with_truth, options)},
-          {"truth", StraightnessJson(with_truth, nullptr, options)}};
+          {"estimate", StraightnessJson(straightness, &with_truth)},
+          {"truth", StraightnessJson(with_truth, nullptr)}};
 }
 
 Json EvaluateMapStraightness(const std::string& folder, bool accept_changed) {
-  const StraightnessOptions options;
   const MapResult map =
       AtOnce([&] { return ReadMapFolder(folder, {.accept_changed = accept_changed}); });
   const MapStraightness straightness =
-      MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
+      MeasureMapStraightness(map.building, map.dense, StageProgress("walls"));
   std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
-              MapStraightnessTable(straightness, options).c_str());
-  Json json = MapStraightnessJson(straightness, options);
+              MapStraightnessTable(straightness).c_str());
+  Json json = MapStraightnessJson(straightness);
   json["map"] = folder;
   return json;
 }
@@ -263,7 +259,7 @@ void Evaluate(EvaluateArguments arguments) {
   arguments.line_options.Check();
   CheckPaths(arguments);
   if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
-  const TrajectoryMetrics metrics = CompareTrajectories(&inputs, arguments.options);
+  const TrajectoryMetrics metrics = CompareTrajectories(&inputs, arguments.max_truth_gap_s);
   if (!inputs.finding.empty()) spdlog::warn("{}: {}", inputs.estimate, inputs.finding);
   std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
   Json json = TrajectoryJson(inputs, metrics);
@@ -411,7 +407,7 @@ void AddEvaluateCommand(CLI::App& app) {
                    "Refuse lines and edges that take more samples, of 2 cm each")
       ->capture_default_str();
   command
-      ->add_option("--max-truth-gap", arguments->options.max_truth_gap_s,
+      ->add_option("--max-truth-gap", arguments->max_truth_gap_s,
                    "Longest gap [s] across which the truth is interpolated")
       ->capture_default_str();
   command->footer(

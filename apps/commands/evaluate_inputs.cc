@@ -51,8 +51,7 @@ PoseTable ReadAtStamps(const std::string& path, const PoseForm& form, const Cloc
   }
 }
 
-TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
-                                    const TrajectoryMetricOptions& options) {
+TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs, double max_truth_gap_s) {
   const Trajectory truth = ReadTruth(*inputs);
   const ReadEstimate estimate = LoadEstimate(*inputs, truth);
   const std::vector<int64_t> stamps_ns =
@@ -61,7 +60,7 @@ TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
                       return FindCameraPose(inputs->calibration, inputs->truth);
                     }).value_or("");
   try {
-    return EvaluateTrajectory(truth, estimate.poses, stamps_ns, options);
+    return EvaluateTrajectory(truth, estimate.poses, stamps_ns, max_truth_gap_s);
   } catch (const DataError& error) {
     throw DataError(fmt::format("{} against {}: {}{}", inputs->estimate, inputs->truth,
                                 error.what(),
@@ -122,12 +121,10 @@ ReadEstimate LoadEstimate(const EvaluationInputs& inputs, const Trajectory& trut
   return estimate;
 }
 
-TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs,
-                                      const TrajectoryMetricOptions& options) {
+TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs, double max_truth_gap_s) {
   const EndsAtOnce nothing_is_written;
-  options.Check();
   for (const std::string& path : {inputs->truth, inputs->estimate}) CheckTrajectoryFile(path);
-  return MeasureTrajectory(inputs, options);
+  return MeasureTrajectory(inputs, max_truth_gap_s);
 }
 
 namespace {
@@ -225,8 +222,6 @@ RigidTransform TrajectoryFromMap(const std::string& trajectory,
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 bool IsThere(const fs::path& path) {
   std::error_code error;

@@ -32,8 +32,7 @@ struct ReadEstimate {
 ReadEstimate LoadEstimate(const EvaluationInputs& inputs, const Trajectory& truth);
 
 // Compares both, and says in `inputs` what of their forms does not agree. Throws DataError.
-TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs,
-                                      const TrajectoryMetricOptions& options);
+TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs, double max_truth_gap_s);
 
 // How a map's files and a trajectory belong together.
 

@@ -52,7 +52,7 @@ Trajectory OnlinePoses(const OdometryRun& run) {
 void PrintAccuracy(const char* name, const Trajectory& truth, const Trajectory& estimate,
                    const std::vector<int64_t>& image_stamps_ns) {
   try {
-    const TrajectoryMetrics metrics = EvaluateTrajectory(truth, estimate, image_stamps_ns, {});
+    const TrajectoryMetrics metrics = EvaluateTrajectory(truth, estimate, image_stamps_ns);
     const AbsoluteError& error = metrics.absolute.front();
     std::printf("accuracy  %-8s APE %.4f m RMSE (%s), %.2f %% of %.2f m, coverage %.1f %%\n", name,
                 error.position_m.rmse, AlignmentName(error.kind).c_str(), error.rmse_percent,

@@ -104,7 +104,7 @@ void AddAbsolute(const TrajectoryMetrics& metrics, Figures* figures) {
 Coverage AddTrajectoryFigures(const Measured& measured, const Trajectory& truth, Figures* figures,
                               Alignment* alignment) {
   const TrajectoryMetrics metrics =
-      EvaluateTrajectory(truth, measured.final_poses, measured.stamps_ns, {});
+      EvaluateTrajectory(truth, measured.final_poses, measured.stamps_ns);
   AddAbsolute(metrics, figures);
   *alignment = metrics.absolute.front().alignment;
   for (const RelativeError& error : metrics.relative) {
@@ -114,8 +114,7 @@ Coverage AddTrajectoryFigures(const Measured& measured, const Trajectory& truth,
   if (metrics.loop) (*figures)["loop_percent"] = metrics.loop->percent;
   (*figures)["coverage_percent"] = 100 * metrics.coverage.overall;
   if (measured.online.empty()) return metrics.coverage;
-  const TrajectoryMetrics online =
-      EvaluateTrajectory(truth, measured.online, measured.stamps_ns, {});
+  const TrajectoryMetrics online = EvaluateTrajectory(truth, measured.online, measured.stamps_ns);
   (*figures)["ape_online_m"] = online.absolute.front().position_m.rmse;
   return metrics.coverage;
 }
@@ -135,7 +134,7 @@ void AddFlatness(const std::optional<FlatnessMetrics>& flatness, const std::stri
 }
 
 void AddStraightness(const Straightness& straightness, const Straightness* truth,
-                     const StraightnessOptions& options, Figures* figures) {
+                     Figures* figures) {
   const EdgeStraightness& edges = straightness.edges;
   Set("edge_thickness_mm", 1e3 * edges.thickness_m, figures);
   if (truth) {
@@ -152,11 +151,11 @@ void AddStraightness(const Straightness& straightness, const Straightness* truth
   }
   AddFlatness(straightness.flatness, "", figures);
   if (!truth || !straightness.added) return;
-  for (const GapSummary& gap : Summarize(*straightness.added, nullptr, options.survey).gaps) {
+  for (const GapSummary& gap : Summarize(*straightness.added, nullptr).gaps) {
     if (gap.walls == 0 || (gap.length_m != 4 && gap.length_m != 10)) continue;
     (*figures)[fmt::format("bend_{:g}m_mm", gap.length_m)] = 1e3 * gap.worst_m;
   }
-  const SurveySummary summary = Summarize(straightness.survey, &truth->survey, options.survey);
+  const SurveySummary summary = Summarize(straightness.survey, &truth->survey);
   if (summary.distance_error_95_m) {
     (*figures)["distance_95_mm"] = 1e3 * *summary.distance_error_95_m;
   }
@@ -176,13 +175,11 @@ void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alig
 }
 
 // Medians over the walls of a dense map, which are its own.
-void AddDenseFigures(const std::string& folder, const StraightnessOptions& options,
-                     const Progress& progress, Figures* figures) {
+void AddDenseFigures(const std::string& folder, const Progress& progress, Figures* figures) {
   const MapResult map = ReadMapFolder(folder);
-  const MapStraightness straightness =
-      MeasureMapStraightness(map.building, map.dense, options, progress);
+  const MapStraightness straightness = MeasureMapStraightness(map.building, map.dense, progress);
   AddFlatness(straightness.flatness, "dense_", figures);
-  const SurveySummary summary = Summarize(straightness.survey, nullptr, options.survey);
+  const SurveySummary summary = Summarize(straightness.survey, nullptr);
   for (const GapSummary& gap : summary.gaps) {
     if (gap.walls == 0) continue;
     (*figures)[fmt::format("wall_gap_{:g}m_mm", gap.length_m)] = 1e3 * gap.median_m;
@@ -263,8 +260,7 @@ class SequenceMeasurer {
         Remark(measured, "has no pose for many of the observations: measured with the others");
       }
     }
-    reference_ =
-        MakeReference(run, own->final_poses, deciding, truth_, options_, progress.Part(0, 0.6));
+    reference_ = MakeReference(run, own->final_poses, deciding, truth_, progress.Part(0, 0.6));
     result_.reference = fmt::format(
         "{} observations of edges and {} of points by {}, each placed alone with each method's own "
         "poses; told apart by {}",
@@ -272,16 +268,14 @@ class SequenceMeasurer {
         sequence_.methods[*sequence_.reference].name,
         reference_->true_edges ? "the true edges that they lie on" : "the lines of that run");
     if (truth_.trajectory.empty()) return;
-    with_truth_ =
-        MeasureStraightness(*reference_, truth_.trajectory, {}, options_, progress.Part(0.6, 0.9));
-    AddStraightness(*with_truth_, nullptr, options_, &result_.with_true_poses);
+    with_truth_ = MeasureStraightness(*reference_, truth_.trajectory, {}, progress.Part(0.6, 0.9));
+    AddStraightness(*with_truth_, nullptr, &result_.with_true_poses);
     // Thickness beyond true poses means nothing where these are not better than the methods'.
     result_.truth_is_floor =
         std::all_of(deciding.begin(), deciding.end(), [&](const Trajectory* trajectory) {
           progress.ReportOrStop(0.9);
           const double thickness_m =
-              RetriangulateEdges(reference_->observations.edges, *trajectory, options_.edges)
-                  .thickness_m;
+              RetriangulateEdges(reference_->observations.edges, *trajectory).thickness_m;
           return !(thickness_m < with_truth_->edges.thickness_m);  // none where nothing was placed
         });
   }
@@ -315,12 +309,12 @@ class SequenceMeasurer {
     }
     if (reference_) {
       AddStraightness(MeasureStraightness(*reference_, measured.final_poses, truth_.trajectory,
-                                          options_, progress.Part(0.3, 0.6)),
-                      with_truth_ ? &*with_truth_ : nullptr, options_, &figures);
+                                          progress.Part(0.3, 0.6)),
+                      with_truth_ ? &*with_truth_ : nullptr, &figures);
       if (!result_.truth_is_floor) figures.erase("edge_thickness_beyond_mm");
     }
     if (!measured.dense_map.empty()) {
-      AddDenseFigures(measured.dense_map, options_, progress.Part(0.6, 1), &figures);
+      AddDenseFigures(measured.dense_map, progress.Part(0.6, 1), &figures);
     }
     AddCost(measured.timings, &figures);
     MethodResult& method = result_.methods[measured.method];
@@ -387,7 +381,6 @@ class SequenceMeasurer {
 
   const MeasuredSequence& sequence_;
   const Progress& progress_;
-  const StraightnessOptions options_;
   const std::vector<Measured> all_;
   KnownTruth truth_;
   std::optional<StraightnessReference> reference_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -10,7 +11,6 @@
 #include "apps/evaluation/report.h"
 #include "data/core/math.h"
 #include "data/core/rigid_transform.h"
-#include "data/io/yaml.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -21,10 +21,6 @@ using Eigen::Vector3d;
 constexpr size_t kCandidates = 60;      // of the most weight, that pairs are made of
 constexpr double kNearlySquare = 0.17;  // cosine between a pair
 constexpr int kRefinements = 10;
-
-constexpr OptionTable kDirectionTable{
-    Option{"max_angle_deg", &DirectionOptions::max_angle_deg, 0.1, 20.0},
-    Option{"min_weight", &DirectionOptions::min_weight, 0.0, 1.0}};
 
 using Directions = std::vector<WeightedDirection>;
 
@@ -45,7 +41,7 @@ double FollowingWeight(const Matrix3d& axes, const Directions& directions, doubl
   return weight;
 }
 
-std::optional<Matrix3d> BestPair(const Directions& directions, const DirectionOptions& options) {
+std::optional<Matrix3d> BestPair(const Directions& directions, double max_angle_deg) {
   Directions heaviest = directions;
   const size_t count = std::min(kCandidates, heaviest.size());
   std::stable_sort(heaviest.begin(), heaviest.end(),
@@ -57,7 +53,7 @@ std::optional<Matrix3d> BestPair(const Directions& directions, const DirectionOp
       const Vector3d &a = heaviest[i].direction, &b = heaviest[j].direction;
       if (std::abs(a.dot(b)) > kNearlySquare) continue;
       const Matrix3d axes = MakeAxes(a, b);
-      const double weight = FollowingWeight(axes, directions, options.max_angle_deg);
+      const double weight = FollowingWeight(axes, directions, max_angle_deg);
       if (weight > best_weight) best_weight = weight, best = axes;
     }
   }
@@ -117,8 +113,6 @@ double Angle_deg(const Vector3d& axis, const Vector3d& direction) {
 
 }  // namespace
 
-void DirectionOptions::Check() const { kDirectionTable.Check("directions", *this); }
-
 std::optional<int> FindAxis(const Matrix3d& axes, const Vector3d& direction, double max_angle_deg) {
   Eigen::Index nearest = 0;
   const double cosine = (axes.transpose() * direction).cwiseAbs().maxCoeff(&nearest);
@@ -127,20 +121,19 @@ std::optional<int> FindAxis(const Matrix3d& axes, const Vector3d& direction, dou
 }
 
 std::optional<DirectionMetrics> MeasureDirections(const Directions& directions,
-                                                  const DirectionOptions& options) {
-  options.Check();
-  const std::optional<Matrix3d> start = BestPair(directions, options);
+                                                  double max_angle_deg, double min_weight) {
+  const std::optional<Matrix3d> start = BestPair(directions, max_angle_deg);
   if (!start) return std::nullopt;
   DirectionMetrics metrics;
   metrics.axes = *start;
   for (int i = 0; i < kRefinements; ++i) {
-    const Vector3d turn = MeanTurn(metrics.axes, directions, options.max_angle_deg);
+    const Vector3d turn = MeanTurn(metrics.axes, directions, max_angle_deg);
     metrics.axes = ExpRotation(turn).toRotationMatrix() * metrics.axes;
   }
   double all = 0, following = 0, squares = 0;
   for (const WeightedDirection& d : directions) {
     all += d.weight;
-    const std::optional<int> axis = FindAxis(metrics.axes, d.direction, options.max_angle_deg);
+    const std::optional<int> axis = FindAxis(metrics.axes, d.direction, max_angle_deg);
     if (!axis) continue;
     const double angle_deg = Angle_deg(metrics.axes.col(*axis), d.direction);
     following += d.weight;
@@ -150,26 +143,27 @@ std::optional<DirectionMetrics> MeasureDirections(const Directions& directions,
   metrics.following = following / all;
   metrics.dispersion_deg = std::sqrt(squares / following);
   metrics.orthogonality_deg =
-      Orthogonality_deg(metrics.axes, directions, options.min_weight * all, options.max_angle_deg);
+      Orthogonality_deg(metrics.axes, directions, min_weight * all, max_angle_deg);
   return metrics;
 }
 
 namespace {
 
 using Eigen::Matrix2d;
-using Eigen::Matrix3d;
 using Eigen::Matrix4d;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr int kIterations = 10;
 constexpr double kOtherThing_m = 0.02;
 
-constexpr OptionTable kStraightnessTable{
-    Option{"min_observations", &EdgeStraightnessOptions::min_observations, 2, 1000},
-    Option{"pose_sigma_m", &EdgeStraightnessOptions::pose_sigma_m, 1e-6, 0.1},
-    Option{"max_sigmas", &EdgeStraightnessOptions::max_sigmas, 0.1, 1000.0}};
+constexpr size_t kMinObservations = 4;  // of an edge
+constexpr double kPoseSigma_m = 0.001;  // no place counts as if it were known better
+// Bounds of the times between two observations of an edge; the last is open.
+constexpr std::array kTimes_s = {0.0, 1.0, 3.0, 10.0, 30.0};
+// An observation this far from its edge, in standard deviations (of the place, and of 2 cm beside
+// it), is of something else.
+constexpr double kMaxSigmas = 5;
 
 struct End {
   int64_t stamp_ns = 0;
@@ -189,10 +183,9 @@ struct Across {
 // RMS of vectors of two components of which each counts by how well it is known.
 class WeightedRms {
  public:
-  explicit WeightedRms(double least_sigma_m) : least_(least_sigma_m * least_sigma_m) {}
-
   void Add(const Vector2d& vector_m, const Matrix2d& covariance_m2) {
-    const Matrix2d weight = (covariance_m2 + least_ * Matrix2d::Identity()).inverse();
+    const Matrix2d weight =
+        (covariance_m2 + kPoseSigma_m * kPoseSigma_m * Matrix2d::Identity()).inverse();
     sum_ += vector_m.dot(weight * vector_m);
     weights_ += weight.trace();
   }
@@ -203,7 +196,6 @@ class WeightedRms {
   double Value() const { return std::sqrt(2 * ComputeShare(sum_, weights_)); }
 
  private:
-  const double least_;
   double sum_ = 0, weights_ = 0;
 };
 
@@ -235,14 +227,14 @@ class FittedLine {
 
   // One step of least squares over place across (2) and direction (2), with Cauchy's loss where
   // loss_m is finite; false where they are not determined.
-  bool Improve(const Ends& ends, double least_sigma_m, double loss_m) {
+  bool Improve(const Ends& ends, double loss_m) {
     Matrix4d information = Matrix4d::Zero();
     Vector4d gradient = Vector4d::Zero();
     for (const End& end : ends) {
       const Across across = MeasureAcross(end.place);
       const double off = across.residual_m.norm() / loss_m;
       const Matrix2d weight =
-          (across.covariance_m2 + least_sigma_m * least_sigma_m * Matrix2d::Identity()).inverse() /
+          (across.covariance_m2 + kPoseSigma_m * kPoseSigma_m * Matrix2d::Identity()).inverse() /
           (1 + off * off);
       Eigen::Matrix<double, 2, 4> by;
       by << Matrix2d::Identity(), across.along_m * Matrix2d::Identity();
@@ -288,12 +280,11 @@ class FittedLine {
   Matrix4d covariance_ = Matrix4d::Zero();
 };
 
-std::optional<FittedLine> Fit(const Ends& ends, const EdgeStraightnessOptions& options,
-                              double loss_m = HUGE_VAL) {
-  if (static_cast<int>(ends.size()) < 2 * options.min_observations) return std::nullopt;
+std::optional<FittedLine> Fit(const Ends& ends, double loss_m = HUGE_VAL) {
+  if (ends.size() < 2 * kMinObservations) return std::nullopt;
   FittedLine line(ends);
   for (int i = 0; i < kIterations; ++i) {
-    if (!line.Improve(ends, options.pose_sigma_m, loss_m)) return std::nullopt;
+    if (!line.Improve(ends, loss_m)) return std::nullopt;
   }
   return line;
 }
@@ -318,11 +309,6 @@ std::map<int64_t, Ends> EndsByEdge(const std::vector<EdgeObservation>& observati
 // Sums over pairs of observations of one edge, by the time between them.
 class GapsByTime {
  public:
-  explicit GapsByTime(const EdgeStraightnessOptions& options)
-      : options_(options),
-        pairs_(options.times_s.size(), 0),
-        sums_(options.times_s.size(), WeightedRms(options.pose_sigma_m)) {}
-
   void Add(const Ends& ends, const FittedLine& line) {
     std::vector<Across> across;
     for (const End& end : ends) across.push_back(line.MeasureAcross(end.place));
@@ -333,9 +319,9 @@ class GapsByTime {
 
   std::vector<TimeGap> Result() const {
     std::vector<TimeGap> gaps;
-    for (size_t k = 0; k < pairs_.size(); ++k) {
-      const double to_s = k + 1 < pairs_.size() ? options_.times_s[k + 1] : HUGE_VAL;
-      gaps.push_back({options_.times_s[k], to_s, pairs_[k], sums_[k].Value()});
+    for (size_t k = 0; k < kTimes_s.size(); ++k) {
+      const double to_s = k + 1 < kTimes_s.size() ? kTimes_s[k + 1] : HUGE_VAL;
+      gaps.push_back({kTimes_s[k], to_s, pairs_[k], sums_[k].Value()});
     }
     return gaps;
   }
@@ -344,9 +330,9 @@ class GapsByTime {
   // The middles of two observations.
   void AddPair(const Ends& ends, const std::vector<Across>& across, size_t i, size_t j) {
     const double time_s = std::abs(ToSeconds(ends[j].stamp_ns - ends[i].stamp_ns));
-    const auto above = std::upper_bound(options_.times_s.begin(), options_.times_s.end(), time_s);
-    if (above == options_.times_s.begin()) return;
-    const auto k = static_cast<size_t>(above - options_.times_s.begin() - 1);
+    const auto above = std::upper_bound(kTimes_s.begin(), kTimes_s.end(), time_s);
+    if (above == kTimes_s.begin()) return;
+    const auto k = static_cast<size_t>(above - kTimes_s.begin() - 1);
     const auto middle = [&](size_t at) {
       return Vector2d(0.5 * (across[at].residual_m + across[at + 1].residual_m));
     };
@@ -358,14 +344,12 @@ class GapsByTime {
     ++pairs_[k];
   }
 
-  const EdgeStraightnessOptions& options_;
-  std::vector<int64_t> pairs_;
-  std::vector<WeightedRms> sums_;
+  std::array<int64_t, kTimes_s.size()> pairs_{};
+  std::array<WeightedRms, kTimes_s.size()> sums_{};
 };
 
-WeightedRms MeasureThickness(const Ends& ends, const FittedLine& line,
-                             const EdgeStraightnessOptions& options) {
-  WeightedRms thickness(options.pose_sigma_m);
+WeightedRms MeasureThickness(const Ends& ends, const FittedLine& line) {
+  WeightedRms thickness;
   for (const End& end : ends) {
     const Across across = line.MeasureAcross(end.place);
     thickness.Add(across.residual_m, across.covariance_m2);
@@ -373,38 +357,28 @@ WeightedRms MeasureThickness(const Ends& ends, const FittedLine& line,
   return thickness;
 }
 
-bool IsFar(const End& end, const FittedLine& line, double max_sigmas) {
+bool IsFar(const End& end, const FittedLine& line) {
   const Across across = line.MeasureAcross(end.place);
   const Matrix2d covariance_m2 =
       across.covariance_m2 + kOtherThing_m * kOtherThing_m * Matrix2d::Identity();
   return across.residual_m.dot(covariance_m2.inverse() * across.residual_m) >
-         max_sigmas * max_sigmas;
+         kMaxSigmas * kMaxSigmas;
 }
 
 }  // namespace
 
-void EdgeStraightnessOptions::Check() const {
-  kStraightnessTable.Check("edge_straightness", *this);
-  if (times_s.empty() || !std::is_sorted(times_s.begin(), times_s.end())) {
-    throw ConfigError("edge_straightness.times_s: expected at least one time, ascending");
-  }
-}
-
 EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
-                                    const Trajectory& trajectory,
-                                    const EdgeStraightnessOptions& options,
-                                    const Progress& progress) {
-  options.Check();
+                                    const Trajectory& trajectory, const Progress& progress) {
   EdgeStraightness result;
-  WeightedRms thickness(options.pose_sigma_m);
-  GapsByTime gaps(options);
+  WeightedRms thickness;
+  GapsByTime gaps;
   const auto all = EndsByEdge(observations, trajectory, &result.without_pose);
   double done = 0;
   for (const auto& [edge, ends] : all) {
     progress.ReportOrStop(done++ / static_cast<double>(all.size()));
-    const std::optional<FittedLine> line = Fit(ends, options);
+    const std::optional<FittedLine> line = Fit(ends);
     if (!line) continue;
-    const WeightedRms own = MeasureThickness(ends, *line, options);
+    const WeightedRms own = MeasureThickness(ends, *line);
     thickness.Add(own);
     gaps.Add(ends, *line);
     result.lines.push_back(line->Result(ends));
@@ -419,13 +393,11 @@ EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observat
 }
 
 std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& observations,
-                                       const Trajectory& trajectory,
-                                       const EdgeStraightnessOptions& options) {
-  options.Check();
+                                       const Trajectory& trajectory) {
   int64_t without_pose = 0;
   std::map<int64_t, FittedLine> lines;
   for (const auto& [edge, ends] : EndsByEdge(observations, trajectory, &without_pose)) {
-    if (const auto line = Fit(ends, options, kOtherThing_m)) lines.emplace(edge, *line);
+    if (const auto line = Fit(ends, kOtherThing_m)) lines.emplace(edge, *line);
   }
   std::vector<EdgeObservation> kept;
   for (const EdgeObservation& observation : observations) {
@@ -434,8 +406,7 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
     if (line == lines.end() || !pose) continue;
     const bool far =
         std::any_of(observation.ends.begin(), observation.ends.end(), [&](const Placed& end) {
-          return IsFar({observation.stamp_ns, InWorld(end, *pose)}, line->second,
-                       options.max_sigmas);
+          return IsFar({observation.stamp_ns, InWorld(end, *pose)}, line->second);
         });
     if (!far) kept.push_back(observation);
   }

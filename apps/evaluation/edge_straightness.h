@@ -17,12 +17,6 @@ struct WeightedDirection {
   double weight = 1;                                     // such as a length
 };
 
-struct DirectionOptions {
-  double max_angle_deg = 5;  // from an axis; what is further off follows none
-  double min_weight = 0.02;  // share of the weight that an axis needs to be fitted by itself
-  void Check() const;        // throws ConfigError
-};
-
 struct DirectionMetrics {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns, at right angles; of any sign
   double following = 0;                                // share of the weight near an axis
@@ -32,10 +26,12 @@ struct DirectionMetrics {
 };
 
 // The axes are those, of all pairs of directions, that most weight follows, then refined by least
-// squares. The world may be turned as it likes. Nothing without two directions at about a right
-// angle.
+// squares. The world may be turned as it likes. What is further than max_angle_deg from an axis
+// follows none; an axis needs min_weight, a share of all weight, to be fitted by itself. Nothing
+// without two directions at about a right angle.
 std::optional<DirectionMetrics> MeasureDirections(const std::vector<WeightedDirection>& directions,
-                                                  const DirectionOptions& options);
+                                                  double max_angle_deg = 5,
+                                                  double min_weight = 0.02);
 
 // The axis (0, 1, 2) within max_angle_deg of a direction; nothing where there is none.
 std::optional<int> FindAxis(const Eigen::Matrix3d& axes, const Eigen::Vector3d& direction,
@@ -43,17 +39,6 @@ std::optional<int> FindAxis(const Eigen::Matrix3d& axes, const Eigen::Vector3d& 
 
 // How straight edges are that a building has straight: each observation placed alone with the pose
 // of its moment, one line fitted to all of them.
-
-struct EdgeStraightnessOptions {
-  int min_observations = 4;     // of an edge
-  double pose_sigma_m = 0.001;  // no place counts as if it were known better
-  // Bounds of the times between two observations of an edge, ascending; the last is open.
-  std::vector<double> times_s = {0, 1, 3, 10, 30};
-  // An observation this far from its edge, in standard deviations (of the place, and of 2 cm beside
-  // it), is of something else; see OfOneEdge.
-  double max_sigmas = 5;
-  void Check() const;  // throws ConfigError
-};
 
 // A line fitted to observations of an edge, which nothing imposed a direction on.
 struct FittedEdge {
@@ -87,15 +72,12 @@ struct EdgeStraightness {
 
 // Throws StoppedError when progress says so.
 EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
-                                    const Trajectory& trajectory,
-                                    const EdgeStraightnessOptions& options,
-                                    const Progress& progress = {});
+                                    const Trajectory& trajectory, const Progress& progress = {});
 
 // The observations without those that are far from the line through all of their edge, with the
 // poses of one trajectory: of things that its run took for the edge and are not. To be called once,
 // for all trajectories.
 std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& observations,
-                                       const Trajectory& trajectory,
-                                       const EdgeStraightnessOptions& options);
+                                       const Trajectory& trajectory);
 
 }  // namespace slcmap::evaluation

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "apps/evaluation/edge_straightness.h"
-#include "data/io/yaml.h"
 #include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {
@@ -31,13 +30,11 @@ constexpr int kMinPoints = 60;
 constexpr double kMaxDirectionSigma_rad = 0.01;
 constexpr double kMinLine_m = 0.3;
 constexpr double kMaxFlatSigma_m = 0.02;  // of the points whose flatness is measured
-constexpr double kDenseRadius_m = 0.1;    // the same of a dense cloud: of a point's neighbourhood
+constexpr double kRadius_m = 0.3;         // of the neighbourhood of a point of a run
+constexpr double kDenseRadius_m = 0.1;    // the same of a dense cloud
+constexpr double kMaxNormal_deg = 10;     // of a normal from an axis, for MOM
 
 constexpr double kLeastVariance_m2 = 1e-12;  // of a micrometre: keeps the entropy finite
-
-constexpr OptionTable kFlatnessTable{
-    Option{"radius_m", &FlatnessOptions::radius_m, 1e-3, 10.0},
-    Option{"max_angle_deg", &FlatnessOptions::max_angle_deg, 0.1, 20.0}};
 
 // The variances of a neighbourhood along its principal directions, ascending.
 struct Neighbourhood {
@@ -53,11 +50,11 @@ std::vector<Eigen::Vector3f> PlacesFromFirst(const std::vector<Vector3d>& points
 
 class Neighbourhoods {
  public:
-  Neighbourhoods(const std::vector<Vector3d>& points, const FlatnessOptions& options)
-      : points_(points), options_(options), places_(PlacesFromFirst(points)), tree_(places_) {}
+  Neighbourhoods(const std::vector<Vector3d>& points, double radius_m)
+      : points_(points), radius_m_(radius_m), places_(PlacesFromFirst(points)), tree_(places_) {}
 
   std::optional<Neighbourhood> Around(size_t point) {
-    tree_.FindWithin(places_[point], options_.radius_m, &near_);
+    tree_.FindWithin(places_[point], radius_m_, &near_);
     const std::vector<int>& found = near_.items;
     if (static_cast<int>(found.size()) < kMinNeighbours) return std::nullopt;
     const size_t step = (found.size() + kMaxNeighbours - 1) / static_cast<size_t>(kMaxNeighbours);
@@ -80,7 +77,7 @@ class Neighbourhoods {
 
  private:
   const std::vector<Vector3d>& points_;
-  const FlatnessOptions& options_;
+  const double radius_m_;
   const std::vector<Eigen::Vector3f> places_;
   const PointTree tree_;
   PointTree::Found near_;
@@ -92,8 +89,7 @@ double Entropy(const Neighbourhood& n) {
 }
 
 // Over the neighbourhoods whose normals are along three directions at right angles.
-void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const FlatnessOptions& options,
-                             FlatnessMetrics* metrics) {
+void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, FlatnessMetrics* metrics) {
   std::vector<WeightedDirection> normals;
   std::vector<double> variances_m2;
   for (const Neighbourhood& n : all) {
@@ -101,12 +97,11 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const Flatne
     normals.push_back({n.normal, 1});
     variances_m2.push_back(n.variances_m2[0]);
   }
-  const auto directions =
-      MeasureDirections(normals, {.max_angle_deg = options.max_angle_deg, .min_weight = 0});
+  const auto directions = MeasureDirections(normals, kMaxNormal_deg, 0);
   if (!directions) return;
   double sum = 0;
   for (size_t i = 0; i < normals.size(); ++i) {
-    if (!FindAxis(directions->axes, normals[i].direction, options.max_angle_deg)) continue;
+    if (!FindAxis(directions->axes, normals[i].direction, kMaxNormal_deg)) continue;
     sum += variances_m2[i];
     ++metrics->on_planes;
   }
@@ -115,16 +110,12 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const Flatne
 
 }  // namespace
 
-void FlatnessOptions::Check() const { kFlatnessTable.Check("flatness", *this); }
-
 double FlatnessMetrics::thickness_m() const { return std::sqrt(mpv_m2); }
 
-std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& points,
-                                               const FlatnessOptions& options,
+std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& points, double radius_m,
                                                const Progress& progress) {
-  options.Check();
   if (points.empty()) return std::nullopt;
-  Neighbourhoods neighbourhoods(points, options);
+  Neighbourhoods neighbourhoods(points, radius_m);
   std::vector<Neighbourhood> all;
   const size_t step = (points.size() + kMaxPoints - 1) / static_cast<size_t>(kMaxPoints);
   for (size_t i = 0; i < points.size(); i += step) {
@@ -141,13 +132,11 @@ std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& poin
     metrics.mpv_m2 += n.variances_m2[0] / static_cast<double>(all.size());
     metrics.mme += Entropy(n) / static_cast<double>(all.size());
   }
-  MeasureOrthogonalPlanes(all, options, &metrics);
+  MeasureOrthogonalPlanes(all, &metrics);
   return metrics;
 }
 
 namespace {
-
-using Eigen::Vector3d;
 
 constexpr double kLevel = 0.26;        // most of the vertical in a level axis: 15 degrees
 constexpr double kBin_m = 0.01;        // of the search for offsets
@@ -274,8 +263,6 @@ std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
 
 namespace {
 
-using Eigen::Vector3d;
-
 std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges) {
   std::vector<WeightedDirection> directions;
   for (const FittedEdge& line : edges.lines) {
@@ -301,8 +288,7 @@ std::vector<Vector3d> FlatPoints(const std::vector<PointOfPair>& points,
 
 StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& final_poses,
                                     const std::vector<const Trajectory*>& trajectories,
-                                    const KnownTruth& truth, const StraightnessOptions& options,
-                                    const Progress& progress) {
+                                    const KnownTruth& truth, const Progress& progress) {
   StraightnessReference reference;
   reference.true_poses = !truth.trajectory.empty();
   reference.true_edges = reference.true_poses && !truth.edges.whole.empty();
@@ -312,12 +298,10 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
   reference.observations = SeenByAll(ObservationsOfRun(run, progress.Part(0, 0.2)), all);
   progress.ReportOrStop(0.3);
   std::vector<EdgeObservation>& edges = reference.observations.edges;
-  edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges)
-                               : OfOneEdge(edges, poses, options.edges);
+  edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges) : OfOneEdge(edges, poses);
   progress.ReportOrStop(0.6);
   const auto directions = MeasureDirections(
-      CollectDirections(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9))),
-      options.directions);
+      CollectDirections(RetriangulateEdges(edges, poses, progress.Part(0.6, 0.9))));
   progress.ReportOrStop(0.9);
   if (directions) {
     reference.walls = FindWalls(reference.observations.points, poses, directions->axes);
@@ -327,38 +311,33 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
 
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
-                                 const StraightnessOptions& options, const Progress& progress) {
+                                 const Progress& progress) {
   const ReferenceObservations& observations = reference.observations;
   Straightness result;
-  result.edges =
-      RetriangulateEdges(observations.edges, trajectory, options.edges, progress.Part(0, 0.4));
-  result.directions = MeasureDirections(CollectDirections(result.edges), options.directions);
+  result.edges = RetriangulateEdges(observations.edges, trajectory, progress.Part(0, 0.4));
+  result.directions = MeasureDirections(CollectDirections(result.edges));
   result.flatness = MeasureFlatness(FlatPoints(observations.points, trajectory, kMaxFlatSigma_m),
-                                    options.flatness, progress.Part(0.4, 0.8));
+                                    kRadius_m, progress.Part(0.4, 0.8));
   progress.ReportOrStop(0.8);
   const std::vector<SurveyedPoints> walls =
       PlaceWalls(reference.walls, observations.points, trajectory);
-  result.survey = SurveyWalls(walls, Vector3d::UnitZ(), options.survey);
+  result.survey = SurveyWalls(walls, Vector3d::UnitZ());
   progress.ReportOrStop(0.9);
   if (!truth.empty()) {
     const std::vector<SurveyedPoints> true_walls =
         PlaceWalls(reference.walls, observations.points, truth);
-    result.added = SurveyWalls(BendsAdded(walls, true_walls, Vector3d::UnitZ(), options.survey),
-                               Vector3d::UnitZ(), options.survey);
+    result.added = SurveyWalls(BendsAdded(walls, true_walls, Vector3d::UnitZ()), Vector3d::UnitZ());
   }
   return result;
 }
 
 MapStraightness MeasureMapStraightness(const Building& building,
                                        const std::vector<DensePoint>& cloud,
-                                       const StraightnessOptions& options,
                                        const Progress& progress) {
   std::vector<Vector3d> points;
   for (const DensePoint& point : cloud) points.push_back(point.p_world);
-  FlatnessOptions flatness = options.flatness;
-  flatness.radius_m = kDenseRadius_m;
-  return {MeasureFlatness(points, flatness, progress),
-          SurveyWalls(WallsOfMap(building, cloud), Vector3d::UnitZ(), options.survey)};
+  return {MeasureFlatness(points, kDenseRadius_m, progress),
+          SurveyWalls(WallsOfMap(building, cloud), Vector3d::UnitZ())};
 }
 
 }  // namespace slcmap::evaluation

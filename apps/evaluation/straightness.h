@@ -14,12 +14,6 @@
 
 namespace slcmap::inline evaluation {
 
-struct FlatnessOptions {
-  double radius_m = 0.3;      // of a point's neighbourhood
-  double max_angle_deg = 10;  // of a normal from an axis, for MOM
-  void Check() const;         // throws ConfigError
-};
-
 // A. Kornilova and G. Ferrer, "Be your own benchmark: no-reference trajectory metric on
 // registered point clouds", ECMR 2021; the first two go back to D. Droeschel and S. Behnke (2014).
 struct FlatnessMetrics {
@@ -33,10 +27,10 @@ struct FlatnessMetrics {
   double thickness_m() const;  // square root of MPV
 };
 
-// Nothing where no point has neighbours enough. Throws StoppedError when progress says so.
+// radius_m: of a point's neighbourhood. Nothing where no point has neighbours enough. Throws
+// StoppedError when progress says so.
 std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Eigen::Vector3d>& points,
-                                               const FlatnessOptions& options,
-                                               const Progress& progress = {});
+                                               double radius_m, const Progress& progress = {});
 
 // Which points of a run lie on which wall: found once, for all trajectories of a sequence.
 
@@ -60,13 +54,6 @@ std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
 // Measures of straightness that need no truth, of one trajectory: all trajectories of a sequence
 // with the same observations.
 
-struct StraightnessOptions {
-  EdgeStraightnessOptions edges;
-  DirectionOptions directions;
-  FlatnessOptions flatness;
-  SurveyOptions survey;
-};
-
 // What is known of a sequence beside its recording; nothing where empty.
 struct KnownTruth {
   Trajectory trajectory;
@@ -86,8 +73,7 @@ struct StraightnessReference {
 // when progress says so.
 StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& final_poses,
                                     const std::vector<const Trajectory*>& trajectories,
-                                    const KnownTruth& truth, const StraightnessOptions& options,
-                                    const Progress& progress = {});
+                                    const KnownTruth& truth, const Progress& progress = {});
 
 struct Straightness {
   EdgeStraightness edges;
@@ -100,7 +86,7 @@ struct Straightness {
 // `trajectory` has z against gravity. `truth`: the true trajectory, or an empty one.
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
-                                 const StraightnessOptions& options, const Progress& progress = {});
+                                 const Progress& progress = {});
 
 // The same of a map that was made from images, by its points of stereo depth, which are free.
 struct MapStraightness {
@@ -109,7 +95,6 @@ struct MapStraightness {
 };
 MapStraightness MeasureMapStraightness(const Building& building,
                                        const std::vector<DensePoint>& cloud,
-                                       const StraightnessOptions& options,
                                        const Progress& progress = {});
 
 }  // namespace slcmap::evaluation

@@ -144,12 +144,11 @@ std::string GapRows(const SurveySummary& summary, const SurveySummary* added) {
 }
 
 // `added` and `truth` may be null.
-std::string SurveyRows(const Survey& survey, const Survey* added_survey, const Survey* truth,
-                       const SurveyOptions& options) {
+std::string SurveyRows(const Survey& survey, const Survey* added_survey, const Survey* truth) {
   if (survey.walls.empty()) return "walls     none with points enough\n";
-  const SurveySummary summary = Summarize(survey, truth, options);
+  const SurveySummary summary = Summarize(survey, truth);
   std::optional<SurveySummary> added;
-  if (added_survey) added = Summarize(*added_survey, nullptr, options);
+  if (added_survey) added = Summarize(*added_survey, nullptr);
   std::string text = fmt::format("walls     {} faces\n", survey.walls.size());
   text += GapRows(summary, added ? &*added : nullptr);
   text += fmt::format("lean      {} mm a storey of {} m (median), {} mm (worst)\n",
@@ -246,8 +245,8 @@ Json SummaryJson(const SurveySummary& summary) {
   return json;
 }
 
-Json SurveyJson(const Survey& survey, const Survey* truth, const SurveyOptions& options) {
-  Json json = SummaryJson(Summarize(survey, truth, options));
+Json SurveyJson(const Survey& survey, const Survey* truth) {
+  Json json = SummaryJson(Summarize(survey, truth));
   json["walls"] = Json::array();
   for (const SurveyedFace& wall : survey.walls) json["walls"].push_back(WallJson(wall));
   json["face_distances"] = Json::array();
@@ -267,9 +266,9 @@ double ThicknessBeyond_m(double thickness_m, double with_true_poses_m) {
   return std::isnan(squares) ? kNoFigure : std::sqrt(std::max(0.0, squares));
 }
 
-SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyOptions& options) {
+SurveySummary Summarize(const Survey& survey, const Survey* truth) {
   SurveySummary summary;
-  for (const double length_m : options.straightedges_m) {
+  for (const double length_m : kStraightedges_m) {
     summary.gaps.push_back(SummarizeGaps(survey, length_m));
   }
   std::vector<double> leans_m, bounds_m, angles_deg;
@@ -294,38 +293,32 @@ SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyO
   return summary;
 }
 
-std::string StraightnessTable(const Straightness& straightness, const Straightness* truth,
-                              const StraightnessOptions& options) {
+std::string StraightnessTable(const Straightness& straightness, const Straightness* truth) {
   return EdgeRows(straightness.edges, truth ? &truth->edges : nullptr) +
          DirectionRow(straightness.directions) + FlatnessRow(straightness.flatness) +
          SurveyRows(straightness.survey, straightness.added ? &*straightness.added : nullptr,
-                    truth ? &truth->survey : nullptr, options.survey);
+                    truth ? &truth->survey : nullptr);
 }
 
-Json StraightnessJson(const Straightness& straightness, const Straightness* truth,
-                      const StraightnessOptions& options) {
+Json StraightnessJson(const Straightness& straightness, const Straightness* truth) {
   Json json;
   json["edges"] = EdgeJson(straightness.edges, truth ? &truth->edges : nullptr);
   json["directions"] = straightness.directions ? DirectionJson(*straightness.directions) : Json();
   json["flatness"] = straightness.flatness ? FlatnessJson(*straightness.flatness) : Json();
-  json["survey"] =
-      SurveyJson(straightness.survey, truth ? &truth->survey : nullptr, options.survey);
+  json["survey"] = SurveyJson(straightness.survey, truth ? &truth->survey : nullptr);
   json["added_by_mapping"] =
-      straightness.added ? SummaryJson(Summarize(*straightness.added, nullptr, options.survey))
-                         : Json();
+      straightness.added ? SummaryJson(Summarize(*straightness.added, nullptr)) : Json();
   return json;
 }
 
-std::string MapStraightnessTable(const MapStraightness& straightness,
-                                 const StraightnessOptions& options) {
-  return FlatnessRow(straightness.flatness) +
-         SurveyRows(straightness.survey, nullptr, nullptr, options.survey);
+std::string MapStraightnessTable(const MapStraightness& straightness) {
+  return FlatnessRow(straightness.flatness) + SurveyRows(straightness.survey, nullptr, nullptr);
 }
 
-Json MapStraightnessJson(const MapStraightness& straightness, const StraightnessOptions& options) {
+Json MapStraightnessJson(const MapStraightness& straightness) {
   Json json;
   json["flatness"] = straightness.flatness ? FlatnessJson(*straightness.flatness) : Json();
-  json["survey"] = SurveyJson(straightness.survey, nullptr, options.survey);
+  json["survey"] = SurveyJson(straightness.survey, nullptr);
   return json;
 }
 

@@ -51,19 +51,16 @@ struct SurveySummary {
 };
 
 // `truth`: the survey of the same walls with true poses, or null.
-SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyOptions& options);
+SurveySummary Summarize(const Survey& survey, const Survey* truth);
 
 // `truth`: the same with true poses, which is what the observations and the building have of their
 // own; or null.
-std::string StraightnessTable(const Straightness& straightness, const Straightness* truth,
-                              const StraightnessOptions& options);
-nlohmann::ordered_json StraightnessJson(const Straightness& straightness, const Straightness* truth,
-                                        const StraightnessOptions& options);
+std::string StraightnessTable(const Straightness& straightness, const Straightness* truth);
+nlohmann::ordered_json StraightnessJson(const Straightness& straightness,
+                                        const Straightness* truth);
 
 // Of a map's own points and walls.
-std::string MapStraightnessTable(const MapStraightness& straightness,
-                                 const StraightnessOptions& options);
-nlohmann::ordered_json MapStraightnessJson(const MapStraightness& straightness,
-                                           const StraightnessOptions& options);
+std::string MapStraightnessTable(const MapStraightness& straightness);
+nlohmann::ordered_json MapStraightnessJson(const MapStraightness& straightness);
 
 }  // namespace slcmap::evaluation

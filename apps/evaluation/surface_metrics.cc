@@ -16,6 +16,9 @@ namespace slcmap::inline evaluation {
 namespace {
 
 constexpr double kCell_m = 0.05;  // a sample of the surfaces a cube of this edge
+constexpr std::array kTolerances_m = {0.02, 0.05, 0.1, 0.2};
+constexpr std::array kRanges_m = {4.0, 8.0};  // at most what views were cast to
+constexpr double kNearby_m = 0.12;            // some samples, and less than most walls are thick
 
 double ShareWithin(const std::vector<double>& distances_m, double tolerance_m) {
   const auto is_within = [&](double distance_m) { return distance_m <= tolerance_m; };
@@ -99,37 +102,34 @@ EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud) {
 }
 
 CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SeenSample>& seen,
-                           const EvaluatedCloud& cloud, const CloudMetricOptions& options) {
-  const double largest_m = options.tolerances_m.back();
+                           const EvaluatedCloud& cloud) {
+  const double largest_m = kTolerances_m.back();
   const std::vector<double> to_surfaces_m =
       DistancesToSurfaces(surfaces, cloud, std::nextafter(largest_m, HUGE_VAL));
   const std::vector<double> filled_m = OfFilled(to_surfaces_m, cloud);
   const std::vector<Eigen::Vector3d> samples = CollectPlaces(seen);
   const std::vector<double> to_cloud_m = Distances(samples, cloud.points);
-  std::vector<std::vector<double>> to_cloud_of_range_m;
-  CloudMetrics metrics;
-  for (const double range_m : options.ranges_m) {
-    to_cloud_of_range_m.emplace_back();
+  std::array<std::vector<double>, kRanges_m.size()> to_cloud_of_range_m;
+  for (std::size_t k = 0; k < kRanges_m.size(); ++k) {
     for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i].range_m <= range_m) to_cloud_of_range_m.back().push_back(to_cloud_m[i]);
+      if (seen[i].range_m <= kRanges_m[k]) to_cloud_of_range_m[k].push_back(to_cloud_m[i]);
     }
-    metrics.seen_samples.push_back(static_cast<int64_t>(to_cloud_of_range_m.back().size()));
   }
+  CloudMetrics metrics;
   metrics.points = static_cast<int64_t>(cloud.points.size());
   metrics.filled = static_cast<int64_t>(filled_m.size());
-  metrics.filled_seen =
-      ShareWithin(Distances(OfFilled(cloud.points, cloud), samples), options.nearby_m);
+  metrics.filled_seen = ShareWithin(Distances(OfFilled(cloud.points, cloud), samples), kNearby_m);
   metrics.rms_m = RmsBelow(to_surfaces_m, largest_m);
-  for (const double tolerance_m : options.tolerances_m) {
+  for (const double tolerance_m : kTolerances_m) {
     CloudScore score;
     score.tolerance_m = tolerance_m;
     score.accuracy = ShareWithin(to_surfaces_m, tolerance_m);
     score.filled_accuracy = ShareWithin(filled_m, tolerance_m);
-    for (const std::vector<double>& distances_m : to_cloud_of_range_m) {
-      score.completeness.push_back(ShareWithin(distances_m, tolerance_m));
-      score.f.push_back(HarmonicMean(score.accuracy, score.completeness.back()));
+    for (std::size_t k = 0; k < kRanges_m.size(); ++k) {
+      score.completeness[k] = ShareWithin(to_cloud_of_range_m[k], tolerance_m);
+      score.f[k] = HarmonicMean(score.accuracy, score.completeness[k]);
     }
-    metrics.scores.push_back(std::move(score));
+    metrics.scores.push_back(score);
   }
   return metrics;
 }
@@ -256,15 +256,14 @@ Rig TrueRig(const SurfaceInputs& inputs) {
   return ReadCalibration(path, &warnings).rig;
 }
 
-std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics,
-                       const CloudMetricOptions& options) {
+std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics) {
   std::string text = fmt::format(
       "cloud     {}, {} points, {} of them filled, {} m RMS\n"
       "          filled where something was seen {} %\n",
       inputs.cloud, metrics.points, metrics.filled, FigureText(metrics.rms_m, 4),
       FigureText(100 * metrics.filled_seen, 1));
   text += "\nwithin m  accuracy %  filled %";
-  for (const double range_m : options.ranges_m) {
+  for (const double range_m : kRanges_m) {
     text += fmt::format("{:>16}{:>9}", fmt::format("seen <{} m %", range_m), "F %");
   }
   text += "\n";
@@ -293,12 +292,12 @@ std::string OccupancyTable(const SurfaceInputs& inputs, const OccupancyMetrics& 
       metrics.behind, FigureText(100 * metrics.behind_called_free, 2));
 }
 
-Json ScoreJson(const CloudScore& score, const CloudMetricOptions& options) {
+Json ScoreJson(const CloudScore& score) {
   Json json = {{"tolerance_m", score.tolerance_m},
                {"accuracy", score.accuracy},
                {"filled_accuracy", score.filled_accuracy}};
   for (std::size_t i = 0; i < score.f.size(); ++i) {
-    json["ranges"].push_back({{"seen_within_m", options.ranges_m[i]},
+    json["ranges"].push_back({{"seen_within_m", kRanges_m[i]},
                               {"completeness", score.completeness[i]},
                               {"f", score.f[i]}});
   }
@@ -318,8 +317,8 @@ Json OccupancyJson(const OccupancyMetrics& metrics) {
 }  // namespace
 
 SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& truth,
-                                const Alignment& alignment, const CloudMetricOptions& options,
-                                const VisibilityOptions& visibility, const Progress& progress) {
+                                const Alignment& alignment, const VisibilityOptions& visibility,
+                                const Progress& progress) {
   visibility.Check();
   const TriangleTree surfaces(ReadSurfaces(inputs.true_surfaces));
   const std::vector<ReferenceView> views =
@@ -327,7 +326,7 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
   SurfaceMetrics metrics;
   if (!inputs.cloud.empty()) {
     const EvaluatedCloud cloud = Aligned(alignment, ReadEvaluatedCloud(inputs.cloud));
-    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, kCell_m), cloud, options);
+    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, kCell_m), cloud);
   }
   if (!inputs.occupancy.empty()) {
     metrics.occupancy = EvaluateOccupancy(surfaces, views, OccupancyMap::Read(inputs.occupancy),
@@ -336,16 +335,14 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
   return metrics;
 }
 
-std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
-                         const CloudMetricOptions& options) {
+std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics) {
   std::string text = fmt::format("surfaces  {}\n", inputs.true_surfaces);
-  if (metrics.cloud) text += CloudTable(inputs, *metrics.cloud, options);
+  if (metrics.cloud) text += CloudTable(inputs, *metrics.cloud);
   if (metrics.occupancy) text += OccupancyTable(inputs, *metrics.occupancy);
   return text;
 }
 
-Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
-                 const CloudMetricOptions& options) {
+Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics) {
   Json json = {{"true_surfaces", inputs.true_surfaces}};
   if (metrics.cloud) {
     json["cloud"] = {{"file", inputs.cloud},
@@ -354,7 +351,7 @@ Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
                      {"filled_seen", metrics.cloud->filled_seen},
                      {"rms_m", metrics.cloud->rms_m}};
     for (const CloudScore& score : metrics.cloud->scores) {
-      json["cloud"]["scores"].push_back(ScoreJson(score, options));
+      json["cloud"]["scores"].push_back(ScoreJson(score));
     }
   }
   if (metrics.occupancy) {

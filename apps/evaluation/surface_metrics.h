@@ -1,6 +1,7 @@
 // Clouds and occupancy against true surfaces: metrics, table and JSON.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -32,14 +33,8 @@ EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud);
 struct CloudScore {
   double tolerance_m = 0;
   double accuracy = 0;
-  double filled_accuracy = 0;           // of the points of source 1
-  std::vector<double> completeness, f;  // by range
-};
-
-struct CloudMetricOptions {
-  std::vector<double> tolerances_m = {0.02, 0.05, 0.1, 0.2};
-  std::vector<double> ranges_m = {4, 8};  // ascending, at most what views were cast to
-  double nearby_m = 0.12;                 // some samples, and less than most walls are thick
+  double filled_accuracy = 0;                 // of the points of source 1
+  std::array<double, 2> completeness{}, f{};  // of what was seen from up to 4 and 8 m
 };
 
 struct CloudMetrics {
@@ -48,13 +43,12 @@ struct CloudMetrics {
                            // kNoFigure where no point is nearer
   double filled_seen = 0;  // share of the filled points with a sample of what was seen nearby:
                            // others are guessed, however near a surface they are; kNoFigure of none
-  std::vector<int64_t> seen_samples;  // of the surfaces, by range
-  std::vector<CloudScore> scores;     // by tolerance
+  std::vector<CloudScore> scores;  // by tolerance
 };
 
 // Compares points with surfaces in the same world.
 CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SeenSample>& seen,
-                           const EvaluatedCloud& cloud, const CloudMetricOptions& options);
+                           const EvaluatedCloud& cloud);
 
 // How well an occupancy map tells occupied, free and unknown space apart, by true rays.
 
@@ -96,12 +90,10 @@ struct SurfaceMetrics {
 // Reads the inputs, finds what the cameras saw from the poses of `truth`, and compares. Throws
 // DataError, and StoppedError when progress says so.
 SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& truth,
-                                const Alignment& alignment, const CloudMetricOptions& options,
-                                const VisibilityOptions& visibility, const Progress& progress = {});
+                                const Alignment& alignment, const VisibilityOptions& visibility,
+                                const Progress& progress = {});
 
-std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
-                         const CloudMetricOptions& options);
-nlohmann::ordered_json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
-                                   const CloudMetricOptions& options);
+std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics);
+nlohmann::ordered_json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics);
 
 }  // namespace slcmap::evaluation

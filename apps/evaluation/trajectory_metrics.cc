@@ -241,17 +241,6 @@ double MeasureHeading(const std::vector<AssociatedPose>& poses) {
 
 }  // namespace
 
-void TrajectoryMetricOptions::Check() const {
-  const auto positive = [](double value) { return value > 0; };
-  if (!positive(max_truth_gap_s)) {
-    throw ConfigError(
-        fmt::format("--max-truth-gap: found {}, expected more than 0 s", max_truth_gap_s));
-  }
-  if (!std::all_of(rpe_lengths_m.begin(), rpe_lengths_m.end(), positive)) {
-    throw ConfigError("rpe_lengths_m: expected lengths of more than 0");
-  }
-}
-
 ErrorStatistics Statistics(std::vector<double> errors) {
   ErrorStatistics statistics;
   statistics.rmse = RootMeanSquare(errors);
@@ -273,10 +262,13 @@ double MeasurePathLength_m(const Trajectory& trajectory) {
 
 TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
                                      const std::vector<int64_t>& reference_stamps_ns,
-                                     const TrajectoryMetricOptions& options) {
-  options.Check();
+                                     double max_truth_gap_s) {
+  if (!(max_truth_gap_s > 0)) {
+    throw ConfigError(
+        fmt::format("--max-truth-gap: found {}, expected more than 0 s", max_truth_gap_s));
+  }
   TrajectoryMetrics metrics;
-  metrics.poses = Associate(truth, estimate, options.max_truth_gap_s);
+  metrics.poses = Associate(truth, estimate, max_truth_gap_s);
   if (metrics.poses.size() < 3) {
     throw DataError(
         fmt::format("found {} of {} estimated poses with a truth at their stamp, expected "
@@ -306,7 +298,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
        {AlignmentKind::kPositionYaw, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
     metrics.absolute.push_back(MeasureAbsolute(kind, metrics.poses, metrics.truth_length_m));
   }
-  for (const double length_m : options.rpe_lengths_m) {
+  for (const double length_m : {1.0, 5.0, 10.0}) {
     metrics.relative.push_back(MeasureRelative(metrics.poses, lengths_m, length_m));
   }
   metrics.loop = MeasureLoop(metrics.poses, metrics.truth_length_m, kMaxLoopGap);

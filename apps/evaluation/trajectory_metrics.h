@@ -38,11 +38,7 @@ Alignment Align(AlignmentKind kind, const Eigen::Matrix3Xd& estimate,
 
 // How far an estimated trajectory is from the truth.
 
-struct TrajectoryMetricOptions {
-  double max_truth_gap_s = 0.1;  // the truth is not interpolated across longer gaps
-  std::vector<double> rpe_lengths_m = {1, 5, 10};
-  void Check() const;  // throws ConfigError
-};
+inline constexpr double kMaxTruthGap_s = 0.1;
 
 // Statistics of a set of errors, in their unit.
 struct ErrorStatistics {
@@ -114,6 +110,6 @@ double MeasurePathLength_m(const Trajectory& trajectory);
 // DataError when less than three poses have a truth, or when both are at rest: within 1 cm.
 TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
                                      const std::vector<int64_t>& reference_stamps_ns,
-                                     const TrajectoryMetricOptions& options);
+                                     double max_truth_gap_s = kMaxTruthGap_s);
 
 }  // namespace slcmap::evaluation

@@ -316,10 +316,10 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 namespace {
 
-constexpr OptionTable kEdgesTable{Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
-                                  Option{"min_frames", &ClearViewOptions::min_frames, 1, 1000000},
-                                  Option{"interval_s", &ClearViewOptions::interval_s, 1e-3, 1e3},
-                                  Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0}};
+constexpr double kClearRange_m = 8;        // from which a frame shows a place of an edge
+constexpr int kClearFrames = 20;           // that do
+constexpr double kClearInterval_s = 0.05;  // between frames, however many images a second there are
+constexpr double kClearSample_m = 0.04;    // along an edge
 
 double EdgeLength(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
@@ -363,12 +363,11 @@ double Distance_m(const PlySegment& segment, const Eigen::Vector3d& p) {
 struct Watcher {
   const Camera& camera;
   const TriangleTree& surfaces;
-  const ClearViewOptions& options;
 
   bool Sees(const RigidTransform& T_world_camera, const Eigen::Vector3d& p_world) const {
     const Eigen::Vector3d to_place = p_world - T_world_camera.translation;
     const double distance_m = to_place.norm();
-    if (distance_m > options.max_range_m || distance_m <= kViewMargin_m) return false;
+    if (distance_m > kClearRange_m || distance_m <= kViewMargin_m) return false;
     const auto px = camera.Project(T_world_camera.rotation.conjugate() * to_place);
     if (!px || !camera.Contains(*px)) return false;
     const double free_m = distance_m - kViewMargin_m;
@@ -377,47 +376,44 @@ struct Watcher {
   }
 
   void Watch(const RigidTransform& T_world_camera, WatchedEdge* edge) const {
-    if (Distance_m(edge->piece, T_world_camera.translation) > options.max_range_m) return;
+    if (Distance_m(edge->piece, T_world_camera.translation) > kClearRange_m) return;
     for (std::size_t i = 0; i < edge->frames.size(); ++i) {
       int& frames = edge->frames[i];
-      if (frames >= options.min_frames) continue;
+      if (frames >= kClearFrames) continue;
       frames += Sees(T_world_camera, edge->At(static_cast<double>(i) + 0.5));
     }
   }
 };
 
-void AddParts(const WatchedEdge& edge, int min_frames, std::vector<PlySegment>* parts) {
+void AddParts(const WatchedEdge& edge, std::vector<PlySegment>* parts) {
   const std::size_t count = edge.frames.size();
   for (std::size_t i = 0; i < count; ++i) {
-    if (edge.frames[i] < min_frames) continue;
+    if (edge.frames[i] < kClearFrames) continue;
     const std::size_t first = i;
-    while (i < count && edge.frames[i] >= min_frames) ++i;
+    while (i < count && edge.frames[i] >= kClearFrames) ++i;
     parts->push_back({edge.At(static_cast<double>(first)), edge.At(static_cast<double>(i))});
   }
 }
 
 }  // namespace
 
-void ClearViewOptions::Check() const { kEdgesTable.Check("clear sight", *this); }
-
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
-                                    const ClearViewOptions& options, const Progress& progress) {
-  options.Check();
+                                    const Progress& progress) {
   std::vector<WatchedEdge> watched;
   for (const PlySegment& piece : LongEdges(edges, kViewMinLength_m)) {
-    const double samples = std::max(std::round(EdgeLength(piece) / options.sample_m), 1.0);
+    const double samples = std::max(std::round(EdgeLength(piece) / kClearSample_m), 1.0);
     watched.push_back({piece, std::vector<int>(static_cast<std::size_t>(samples), 0)});
   }
-  const Watcher watcher{rig.cameras[0], surfaces, options};
-  const Trajectory frames = PosesApart(truth, options.interval_s);
+  const Watcher watcher{rig.cameras[0], surfaces};
+  const Trajectory frames = PosesApart(truth, kClearInterval_s);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(frames.size()));
     const RigidTransform T_world_camera = frames[i].T_world_imu * rig.T_imu_camera[0];
     for (WatchedEdge& edge : watched) watcher.Watch(T_world_camera, &edge);
   }
   std::vector<PlySegment> parts;
-  for (const WatchedEdge& edge : watched) AddParts(edge, options.min_frames, &parts);
+  for (const WatchedEdge& edge : watched) AddParts(edge, &parts);
   return parts;
 }
 

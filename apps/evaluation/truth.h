@@ -118,18 +118,10 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 // Which parts of a building's true edges the cameras saw well, from true poses.
 
-struct ClearViewOptions {
-  double max_range_m = 8;    // from which a frame shows a place of it
-  int min_frames = 20;       // that do
-  double interval_s = 0.05;  // between frames, however many images a second there are
-  double sample_m = 0.04;    // along an edge
-  void Check() const;        // throws ConfigError
-};
-
-// The parts of the edges that the left camera saw often enough from near enough, not hidden by the
+// The parts of the edges that the left camera saw in 20 frames from up to 8 m, not hidden by the
 // surfaces. Throws StoppedError when progress says so.
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
-                                    const ClearViewOptions& options, const Progress& progress = {});
+                                    const Progress& progress = {});
 
 }  // namespace slcmap::evaluation

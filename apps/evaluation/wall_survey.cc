@@ -9,7 +9,6 @@
 
 #include "apps/evaluation/report.h"
 #include "data/core/math.h"
-#include "data/io/yaml.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -37,7 +36,7 @@ constexpr double kSurveyMostApart_m = 30;     // the same; DIN 18202 goes no fur
 constexpr double kNear_m = 1;                 // of faces that an angle is between, at their ends
 constexpr double kMedianSpread = 1.2533;
 
-constexpr OptionTable kSurveyTable{Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0}};
+constexpr double kStep_m = 0.25;  // between the places of a wall's profile
 
 // A plane with axes of its own: along (level), upwards on it, and its normal.
 struct Face {
@@ -106,14 +105,14 @@ double WeightedMedian(std::vector<WeightedValue> values) {
 // Places along the face, step_m apart, of points around each.
 class ProfileMaker {
  public:
-  ProfileMaker(const Face& face, const SurveyOptions& options) : face_(face), options_(options) {}
+  explicit ProfileMaker(const Face& face) : face_(face) {}
 
   std::vector<ProfilePlace> Make(const std::vector<PlacedInWorld>& points) const {
     double first_m = HUGE_VAL;
     for (const PlacedInWorld& p : points) first_m = std::min(first_m, Along(p));
     std::map<int64_t, std::vector<const PlacedInWorld*>> places;
     for (const PlacedInWorld& p : points) {
-      places[std::lround((Along(p) - first_m) / options_.step_m)].push_back(&p);
+      places[std::lround((Along(p) - first_m) / kStep_m)].push_back(&p);
     }
     std::vector<ProfilePlace> profile;
     for (const auto& [place, around] : places) {
@@ -146,7 +145,6 @@ class ProfileMaker {
   }
 
   const Face& face_;
-  const SurveyOptions& options_;
 };
 
 // The corners of the upper side (sign 1) or lower side (-1) of the hull of places in their order.
@@ -211,8 +209,7 @@ double ComputeSigma(const std::vector<ProfilePlace>& profile) {
   return std::sqrt(squares / n / (n - 1));
 }
 
-std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up,
-                                        const SurveyOptions& options) {
+std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up) {
   if (wall.points.size() < 3) return std::nullopt;
   const Face face = FitFace(wall, up);
   std::vector<double> along_m, up_m;
@@ -233,10 +230,10 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
   if (!(result.length_m >= kSurveyMinLength_m)) return std::nullopt;
   result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
-  result.profile = ProfileMaker(face, options).Make(wall.points);
+  result.profile = ProfileMaker(face).Make(wall.points);
   result.sigma_m = ComputeSigma(result.profile);
-  for (const double length_m : options.straightedges_m) {
-    const auto gap_m = GapUnder_m(result.profile, length_m, options.step_m);
+  for (const double length_m : kStraightedges_m) {
+    const auto gap_m = GapUnder_m(result.profile, length_m, kStep_m);
     if (gap_m) result.gaps.push_back({length_m, *gap_m});
   }
   if (result.height_m >= kSurveyMinHeight_m) {
@@ -293,13 +290,6 @@ std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace&
 
 }  // namespace
 
-void SurveyOptions::Check() const {
-  kSurveyTable.Check("survey", *this);
-  for (const double length_m : straightedges_m) {
-    if (!(length_m > 0)) throw ConfigError("survey.straightedges_m: expected lengths above 0");
-  }
-}
-
 std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, double length_m,
                                  double step_m) {
   std::optional<double> largest;
@@ -320,8 +310,7 @@ std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, doubl
 
 std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
                                        const std::vector<SurveyedPoints>& true_walls,
-                                       const Vector3d& up_world, const SurveyOptions& options) {
-  options.Check();
+                                       const Vector3d& up_world) {
   std::vector<SurveyedPoints> added;
   for (const SurveyedPoints& truth : true_walls) {
     const auto wall = std::find_if(walls.begin(), walls.end(),
@@ -350,12 +339,10 @@ void AddAngles(const Vector3d& up_world, Survey* survey) {
   }
 }
 
-Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_world,
-                   const SurveyOptions& options) {
-  options.Check();
+Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_world) {
   Survey survey;
   for (const SurveyedPoints& wall : walls) {
-    if (auto face = MeasureWall(wall, up_world, options)) survey.walls.push_back(std::move(*face));
+    if (auto face = MeasureWall(wall, up_world)) survey.walls.push_back(std::move(*face));
   }
   for (size_t i = 0; i < survey.walls.size(); ++i) {
     for (size_t j = i + 1; j < survey.walls.size(); ++j) {
@@ -368,8 +355,6 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
 }
 
 namespace {
-
-using Eigen::Vector3d;
 
 // A plane with the box around its outline, in axes along it.
 class WallRegion {

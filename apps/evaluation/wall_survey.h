@@ -1,6 +1,7 @@
 // How flat and straight walls are, by lines and by points near them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -13,11 +14,7 @@ namespace slcmap::inline evaluation {
 
 inline constexpr double kSurveyStorey_m = 2.75;  // that verticality is told for
 
-struct SurveyOptions {
-  std::vector<double> straightedges_m = {1, 4, 10, 15};
-  double step_m = 0.25;  // between the places of a wall's profile
-  void Check() const;    // throws ConfigError
-};
+inline constexpr std::array kStraightedges_m = {1.0, 4.0, 10.0, 15.0};
 
 // What is measured of a wall: one face of it.
 struct SurveyedPoints {
@@ -73,8 +70,7 @@ struct Survey {
 };
 
 // `up_world`: unit, against gravity.
-Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Eigen::Vector3d& up_world,
-                   const SurveyOptions& options);
+Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Eigen::Vector3d& up_world);
 
 // Adds the angles between the walls of a survey.
 void AddAngles(const Eigen::Vector3d& up_world, Survey* survey);
@@ -85,8 +81,7 @@ void AddAngles(const Eigen::Vector3d& up_world, Survey* survey);
 // in it. Walls are told by their numbers; those without the same number of points are left out.
 std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
                                        const std::vector<SurveyedPoints>& true_walls,
-                                       const Eigen::Vector3d& up_world,
-                                       const SurveyOptions& options);
+                                       const Eigen::Vector3d& up_world);
 
 // The largest gap of a straightedge anywhere along a profile that is sorted by along_m; nothing
 // where it is longer than the profile, or less than 70 % of the places beneath it are known.

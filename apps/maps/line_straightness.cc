@@ -229,7 +229,7 @@ LineStraightness MeasureLines(const std::vector<PlySegment>& lines) {
     AddDirections(places, &directions);
   }
   result.straightedges = Summarize(laid);
-  result.directions = MeasureDirections(directions, DirectionOptions());
+  result.directions = MeasureDirections(directions);
   return result;
 }
 

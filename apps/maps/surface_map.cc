@@ -251,8 +251,7 @@ BuildingAxes FindAxes(const std::vector<Vector3d>& directions,
   const size_t step = directions.size() / kMostDirections + 1;
   for (size_t i = 0; i < directions.size(); i += step) some.push_back({directions[i], 1});
   BuildingAxes found;
-  const auto measured =
-      some.empty() ? std::nullopt : MeasureDirections(some, {.max_angle_deg = 10, .min_weight = 0});
+  const auto measured = some.empty() ? std::nullopt : MeasureDirections(some, 10, 0);
   if (!measured) return found;
   found.are_found = true;
   Matrix3d axes = measured->axes;

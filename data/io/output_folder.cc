@@ -93,8 +93,6 @@ bool HasIntactResults(const std::string& folder, const std::string& result) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr char kStaging[] = ".unfinished";
 constexpr char kAside[] = "previous-";
 

@@ -356,8 +356,6 @@ TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const Ren
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double kPipeMargin_m = 0.01;  // a surface this near in front of a point does not hide it
 constexpr double kSample_m = 0.05;      // along an axis
 

@@ -325,8 +325,6 @@ std::string DxfFile::Text() const {
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr int kBlack = 7, kGrey = 8, kLightGrey = 9, kGreen = 3, kBlue = 5, kCyan = 4;
 
 // What is drawn with a pen is on a layer of its own.

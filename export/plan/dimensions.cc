@@ -75,8 +75,6 @@ Drawing DrawDimension(const Dimension& dimension, const PlanTextSizes& sizes) {
 
 namespace {
 
-using Eigen::Vector2d;
-
 constexpr double kLeastSide_m = 0.5;
 
 // A side of a room, which is to its left.
@@ -205,8 +203,6 @@ std::vector<Dimension> RoomDimensions(const Polygon& room, const PlanTextSizes& 
 }
 
 namespace {
-
-using Eigen::Vector2d;
 
 bool IsAlong(const WallSolid& solid, int axis) {
   return std::abs(solid.Direction()[1 - axis]) < std::sin(M_PI / 180);

@@ -121,8 +121,6 @@ std::vector<std::string> SvgPlanWriter::Write(const std::string& folder, const M
 
 namespace {
 
-using Eigen::Vector2d;
-
 constexpr double kPointsOfMm = 72 / 25.4;
 
 cairo_status_t AppendBytes(void* bytes, const unsigned char* data, unsigned length) {

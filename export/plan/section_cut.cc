@@ -220,7 +220,6 @@ Drawing DrawCut(const std::vector<CutBox>& boxes) {
 
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kAtEdge_m = 1e-4;  // what lies on the border of a screen is seen

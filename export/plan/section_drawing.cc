@@ -275,8 +275,6 @@ SectionShape ShapeOfSection(const MapResult& map, const SectionView& view) {
 
 namespace {
 
-using Eigen::Vector2d;
-
 // Floors and ceilings that a view shows, each once, from the lowest.
 std::vector<double> CollectLevels(const Building& building, const SectionView& view) {
   constexpr double kSame_m = 1e-3;

@@ -82,8 +82,6 @@ SheetFormat ChooseFormat(const Vector2d& extent_m, const PlanOptions& options) {
 
 namespace {
 
-using Eigen::Vector2d;
-
 Drawing PlanInMetres(const StoreyPlan& plan, const PlanTextSizes& sizes) {
   Drawing drawing = plan.rooms;
   drawing.Add(plan.walls);

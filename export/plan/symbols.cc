@@ -138,8 +138,6 @@ std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& si
 
 namespace {
 
-using Eigen::Vector2d;
-
 double DistanceToRing(const PlanPoints& ring, const Vector2d& point) {
   double least_m = std::numeric_limits<double>::infinity();
   for (size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {

@@ -175,8 +175,6 @@ Drawing ScaleBar(int scale) {
 
 namespace {
 
-using Eigen::Vector2d;
-
 constexpr double kTitle_mm = 4, kNote_mm = 2, kLine_mm = 4;
 
 DrawnPath Frame(const Vector2d& low, const Vector2d& high) {

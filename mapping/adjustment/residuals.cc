@@ -49,9 +49,7 @@ void LineDistanceResidual::EvaluateAt(const double* const* parameters, double* r
 
 namespace {
 
-using Eigen::Map;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 using RowMajor22 = Eigen::Matrix<double, 2, 2, Eigen::RowMajor>;
 using RowMajor24 = Eigen::Matrix<double, 2, 4, Eigen::RowMajor>;

@@ -119,8 +119,6 @@ FreeSpaceRays::FreeSpaceRays(const std::vector<ViewRays>& seen, size_t max_rays)
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
 constexpr int kBeside = 2;              // columns beside a column that count with it
 constexpr int kSolidRows = 3;           // that a wall has over a door

@@ -239,8 +239,6 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
 
 namespace {
 
-using Eigen::Vector2d;
-
 // Bodies as seen along an axis: how far the outline on one side of them (0, 1) is along a normal.
 struct CylinderBody {
   static constexpr int kParameters = 3;  // place, radius

@@ -102,8 +102,6 @@ std::vector<Outline> CollectOutlines(const MapResult& map, const PipeOptions& op
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr int kRounds = 3;              // of looking for further outlines
 constexpr double kBeyond_m = 1;         // past the ends of the outlines that are known
 constexpr double kMinOverlap_m = 0.25;  // of two lines

@@ -52,9 +52,6 @@ bool PlaneBorders::Part(const Vector2d& a, const Vector2d& b) const {
 
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 // Of an outline, in the axes of the plane.
 PlanPoints OnPlane(const PlaneGrid& grid, const std::vector<Vector3d>& outline_world) {
   PlanPoints points;
@@ -154,8 +151,6 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
 }
 
 namespace {
-
-using Eigen::Vector3d;
 
 constexpr double kFacingCosine = 0.7;  // cosine between normals
 constexpr double kMoved_m = 0.02;      // less, and a point is where stereo had it

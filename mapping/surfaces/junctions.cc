@@ -195,7 +195,6 @@ std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const Surf
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kParallel = 0.9986;  // cosine of 3 degrees
 constexpr double kSameAxis = 0.9998;  // of 1 degree

@@ -135,9 +135,6 @@ std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vect
 
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 constexpr double kIndex_m = 0.05;       // edges of the cubes that points are looked up in
 constexpr double kMeasured_m = 0.04;    // from a measured point, nothing is filled
 constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one

@@ -59,10 +59,6 @@ void PoseToBlock(const RigidTransform& pose, double* block) {
   Map<Quaterniond>{block + 3} = pose.rotation;
 }
 
-using Eigen::Map;
-using Eigen::Quaterniond;
-using Eigen::Vector3d;
-
 bool OrthonormalLineManifold::Plus(const double* x, const double* delta,
                                    double* x_plus_delta) const {
   Map<Quaterniond>{x_plus_delta} =

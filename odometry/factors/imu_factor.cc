@@ -166,9 +166,7 @@ Matrix15d Preintegration::SqrtInformation() const {
 namespace {
 
 using Eigen::Map;
-using Eigen::Matrix3d;
 using Eigen::Quaterniond;
-using Eigen::Vector3d;
 using Jacobian6 = Eigen::Matrix<double, 15, 6, Eigen::RowMajor>;
 using JacobianCalibration = Eigen::Matrix<double, 15, kImuCalibrationSize, Eigen::RowMajor>;
 using Jacobian9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;

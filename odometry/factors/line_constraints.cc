@@ -64,10 +64,6 @@ void SharedDeviationResidual::EvaluateAt(const double* const* parameters, double
   }
 }
 
-using Eigen::Map;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 AlongSlopeResidual::AlongSlopeResidual(double sigma_rad)
     : Factor(2, {kSlopeKind, kGeneralLineKind}), weight_(1.0 / sigma_rad) {}
 
@@ -94,10 +90,7 @@ void AlongSlopeResidual::EvaluateAt(const double* const* parameters, double* res
 
 namespace {
 
-using Eigen::Map;
 using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
 constexpr double kAtInfinityResidual = 10;  // standard deviations

@@ -144,9 +144,6 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
 
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 // The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
 // wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
 PlueckerLine Pluecker(const StructuralLine& line, const double* heading, const double* block,
@@ -226,9 +223,6 @@ void StructuralLineResidual::EvaluateAt(const double* const* parameters, double*
 }
 
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 // The line in Pluecker coordinates and, where wanted, its derivatives by the block's tangent.
 PlueckerLine Pluecker(const Vector3d& anchor_world, const double* block,

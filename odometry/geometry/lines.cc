@@ -41,7 +41,6 @@ StructuralLineBlock StructuralLineThrough(const StructuralLine& line, double hea
 using Eigen::Map;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
-using Eigen::Vector3d;
 
 Vector3d NearestOn(const PointAndDirection& line, const Vector3d& p_world) {
   return line.point_world +
@@ -85,8 +84,6 @@ Eigen::Matrix<double, 3, 4> GeneralLineShift(const double* block, double along_m
       (1 + distance * distance) * u.col(2);
   return shift + along_m * GeneralLineTurn(block);
 }
-
-using Eigen::Vector3d;
 
 SlopeBlock MakeSlope(const Vector3d& direction) {
   const Vector3d d = direction.z() < 0 ? Vector3d(-direction) : direction;

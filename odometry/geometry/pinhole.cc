@@ -111,8 +111,6 @@ std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectifie
   return shifts;
 }
 
-using Eigen::Vector2d;
-
 Vector2d RightRectification::GivenPlane(const Vector2d& px) const {
   const Vector2d turned_back =
       (ExpRotation(-correction_.rotation_rad) * PlaneFromPixel(camera_, px).homogeneous())

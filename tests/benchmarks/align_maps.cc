@@ -26,8 +26,7 @@ namespace {
 
 // The turn about z and translation from a map's world into that of its truth.
 RigidTransform TruthFromMap(const MapResult& map, const char* truth) {
-  const TrajectoryMetrics metrics =
-      EvaluateTrajectory(ReadTrajectory(truth), map.trajectory, {}, TrajectoryMetricOptions());
+  const TrajectoryMetrics metrics = EvaluateTrajectory(ReadTrajectory(truth), map.trajectory, {});
   const Alignment& alignment = metrics.absolute.front().alignment;
   return alignment.T_truth_estimate;
 }

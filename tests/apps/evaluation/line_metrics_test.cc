@@ -346,13 +346,11 @@ double Length(const std::vector<PlySegment>& parts) {
 }
 
 // Of edges that are seen from end to end; on a wall behind them all, with a pillar 1 m wide before.
-std::vector<PlySegment> Clear(const std::vector<PlySegment>& edges, double seconds,
-                              const ClearViewOptions& options = {}) {
+std::vector<PlySegment> Clear(const std::vector<PlySegment>& edges, double seconds) {
   std::vector<Triangle> surfaces = WallAtX(20, 20);
   const std::vector<Triangle> pillar = WallAtX(2, 0.5);
   surfaces.insert(surfaces.end(), pillar.begin(), pillar.end());
-  return ClearlySeen({edges, edges}, TriangleTree(surfaces), Standing(seconds), ForwardRig(),
-                     options);
+  return ClearlySeen({edges, edges}, TriangleTree(surfaces), Standing(seconds), ForwardRig());
 }
 
 const std::vector<PlySegment> kBehindPillar = {{{4, -2, 0}, {4, 2, 0}}};
@@ -374,12 +372,10 @@ TEST(ClearEdges, ASurfaceHidesWhatIsBuriedInItButNotWhatIsOnIt) {
 TEST(ClearEdges, TwentyFramesAreNeeded) {
   EXPECT_TRUE(Clear(kBehindPillar, 0.9).empty());  // 19 of them
   EXPECT_FALSE(Clear(kBehindPillar, 0.95).empty());
-  EXPECT_FALSE(Clear(kBehindPillar, 0.9, {.min_frames = 19}).empty());
 }
 
 TEST(ClearEdges, FarPlacesAndThoseOutsideTheImageAreLeftOut) {
   EXPECT_TRUE(Clear({{{9, 5, 0}, {9, 6, 0}}}, 2).empty());
-  EXPECT_FALSE(Clear({{{9, 5, 0}, {9, 6, 0}}}, 2, {.max_range_m = 12}).empty());
   // At 4 m the image ends at 3.2 m from its middle.
   EXPECT_NEAR(Length(Clear({{{4, 2, 0}, {4, 6, 0}}}, 2)), 1.2, 0.05);
 }
@@ -389,9 +385,8 @@ TEST(ClearEdges, ShortEdgesAreLeftOutButNotThePiecesOfABentOne) {
                                           {{4, 1.7, 0}, {4, 1.9, 0.01}}};
   EXPECT_TRUE(Clear(pieces, 2).empty());
   TrueEdges bent{pieces, pieces, {7, 7}};
-  EXPECT_NEAR(
-      Length(ClearlySeen(bent, TriangleTree(WallAtX(20, 20)), Standing(2), ForwardRig(), {})), 0.4,
-      1e-3);
+  EXPECT_NEAR(Length(ClearlySeen(bent, TriangleTree(WallAtX(20, 20)), Standing(2), ForwardRig())),
+              0.4, 1e-3);
 }
 
 TEST(LineMetricOptions, AbsurdOnesAreRefused) {
@@ -402,8 +397,6 @@ TEST(LineMetricOptions, AbsurdOnesAreRefused) {
   for (const LineMetricOptions& options : absurd) {
     EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
   }
-  EXPECT_THROW(Clear(kBehindPillar, 2, {.min_frames = 0}), ConfigError);
-  EXPECT_THROW(Clear(kBehindPillar, 2, {.interval_s = 0}), ConfigError);
 }
 
 }  // namespace

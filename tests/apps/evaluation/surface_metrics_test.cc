@@ -55,11 +55,9 @@ TEST(CloudMetrics, CountWhatLiesOnSurfacesAndWhatOfThemIsCovered) {
       cloud.sources.push_back(z % 5 == 0 ? 1 : 0);
     }
   }
-  const CloudMetricOptions options;
-  const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud, options);
+  const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud);
   EXPECT_EQ(metrics.points, 800);
   EXPECT_EQ(metrics.filled, 160);
-  EXPECT_EQ(metrics.seen_samples, (std::vector<int64_t>{800, 1600}));
   const CloudScore& at_5cm = metrics.scores[1];
   EXPECT_EQ(at_5cm.tolerance_m, 0.05);
   EXPECT_NEAR(at_5cm.accuracy, 0.8, 1e-9);
@@ -81,11 +79,11 @@ TEST(CloudMetrics, TellWhatWasFilledThoughItWasNotSeen) {
     cloud.sources.push_back(i % 2);
     if (i < 10) seen.push_back({p, 3});
   }
-  const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud, {});
+  const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud);
   EXPECT_EQ(metrics.scores[1].filled_accuracy, 1);
   EXPECT_NEAR(metrics.filled_seen, 6.0 / 20, 1e-9);  // one more is 10 cm from the last sample
   // An empty cloud has no accuracy and covers nothing.
-  const CloudMetrics empty = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {}, {});
+  const CloudMetrics empty = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {});
   EXPECT_EQ(empty.points, 0);
   for (const CloudScore& score : empty.scores) {
     EXPECT_TRUE(std::isnan(score.accuracy));
@@ -151,21 +149,19 @@ TEST(SurfaceReport, ReadsFilesAndTellsOfBoth) {
   Rig rig = ForwardRig();
   rig.T_imu_camera[1].translation = {0, -0.1, 0};
   WriteKalibrCalibration(inputs.rig, rig);
-  const CloudMetricOptions options;
-  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, Standing(1), {}, options, {});
+  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, Standing(1), {}, {});
   ASSERT_TRUE(metrics.cloud && metrics.occupancy);
   EXPECT_EQ(metrics.cloud->scores[0].accuracy, 1);
-  const auto json = SurfaceJson(inputs, metrics, options);
+  const auto json = SurfaceJson(inputs, metrics);
   EXPECT_EQ(json["cloud"]["points"], 1);
   EXPECT_EQ(json["occupancy"]["behind_called_free"], 0);
-  EXPECT_NE(SurfaceTable(inputs, metrics, options).find("end cells occupied 100.0 %"),
-            std::string::npos);
+  EXPECT_NE(SurfaceTable(inputs, metrics).find("end cells occupied 100.0 %"), std::string::npos);
 }
 
 TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   const TriangleTree surfaces(WallAtX(3, 1));
   SurfaceMetrics metrics;
-  metrics.cloud = EvaluateCloud(surfaces, {}, {}, {});
+  metrics.cloud = EvaluateCloud(surfaces, {}, {});
   metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
   const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
   const auto& score = json["cloud"]["scores"][0];
