@@ -146,7 +146,7 @@ void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWrit
 
 // Those that nobody opens by themselves.
 bool IsOneOfMany(const std::string& name) {
-  return name.starts_with("colmap/images/") ||
+  return name.starts_with("colmap/images/") || name.starts_with("ortho/wall_") ||
          (name.starts_with("tiles/") && !name.ends_with("tileset.json"));
 }
 
