@@ -102,12 +102,12 @@ class GonePlaces {
     });
   }
   bool Holds(const MapLine& line) const {
-    constexpr int kPlaces = 20;
+    constexpr int kPlacesOfLine = 20;
     int gone = 0;
-    for (int i = 0; i < kPlaces; ++i) {
-      gone += Holds(line.start_world + (i + 0.5) / kPlaces * (line.end_world - line.start_world));
+    for (int i = 0; i < kPlacesOfLine; ++i) {
+      gone += Holds(line.start_world + (i + 0.5) / kPlacesOfLine * (line.end_world - line.start_world));
     }
-    return gone >= kGoneShare * kPlaces;
+    return gone >= kGoneShare * kPlacesOfLine;
   }
 
  private:

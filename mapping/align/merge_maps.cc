@@ -332,7 +332,7 @@ UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& 
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
   if (!first.source.georeference) {
-    first.source.georeference = MoveGeoreference(second.source.georeference, T);
+    first.source.georeference = MoveGeoreference(second.source.georeference, T_first_second);
   }
   UniteReports(second, &first);
   first.adjustment.reset();
