@@ -9,6 +9,7 @@
 
 #include "mapping/align/line_union.h"
 #include "mapping/align/surface_union.h"
+#include "mapping/map/part_files.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
 #include "mapping/views/view.h"

@@ -45,6 +45,7 @@ TEST(CoordinateSystem, TakesHeightsAndOtherOrdersOfAxes) {
   const auto place = CoordinateSystem("EPSG:31468").At({4468503, 5333317, 515});
   ASSERT_TRUE(place);
   EXPECT_NEAR(place->longitude_deg, 11.576, 0.01);
+  EXPECT_NEAR(place->scale, 1 - 515 / 6.371e6 + std::pow(31497 / 6.38e6, 2) / 2, 2e-6);
 }
 
 TEST(CoordinateSystem, RefusesDegreesFeetAndWhatIsUnknown) {
