@@ -164,7 +164,6 @@ void ControlStage::Place(MapResult* map) {
     LogFit(*map->control, map->source.georeference);
   } catch (const DataError& error) {
     fault_ = error.what();
-    spdlog::warn("the map is not placed: {}", fault_);
   }
 }
 

@@ -56,6 +56,16 @@ struct CoordinateSystem::Handles {
     return is_between && y >= south - kBesideArea_deg && y <= north + kBesideArea_deg;
   }
 
+  // Square metres of the ellipsoid to a rad of longitude by a rad of latitude.
+  double GroundAt(double latitude_rad) const {
+    const Object ellipsoid(proj_get_ellipsoid(context, system.get()));
+    double a_m = 0, b_m = 0;
+    proj_ellipsoid_get_parameters(context, ellipsoid.get(), &a_m, &b_m, nullptr, nullptr);
+    const double e2 = 1 - b_m * b_m / (a_m * a_m), sine = std::sin(latitude_rad);
+    const double w2 = 1 - e2 * sine * sine;  // radii of curvature: a (1 - e2) / w^3 and a / w
+    return a_m * a_m * (1 - e2) * std::cos(latitude_rad) / (w2 * w2);
+  }
+
   PJ_CONTEXT* context;
   Object system, to_degrees;
 };
@@ -108,19 +118,20 @@ void CoordinateSystem::RequireMetres(
 }
 
 std::optional<PlaceOnEarth> CoordinateSystem::At(const Eigen::Vector3d& p_m) const {
-  constexpr double kStep_deg = 1e-4;  // some 10 m to the north
+  constexpr double kStep_deg = 1e-4;  // some 10 m
   const auto at = handles_->ToDegrees(p_m.head<2>());
   if (!at || !handles_->IsFor(*at)) return std::nullopt;
   PlaceOnEarth place{at->y(), at->x()};
-  const PJ_FACTORS factors =
-      proj_factors(handles_->system.get(),
-                   proj_coord(place.longitude_deg * kDegree, place.latitude_deg * kDegree, 0, 0));
-  const double projected = std::sqrt(factors.areal_scale);
+  const auto step_along = [&](double east_deg, double north_deg) -> Eigen::Vector2d {
+    return (handles_->FromDegrees(at->x() + east_deg, at->y() + north_deg) -
+            handles_->FromDegrees(at->x() - east_deg, at->y() - north_deg)) /
+           (2 * kStep_deg * kDegree);
+  };
+  const Eigen::Vector2d east = step_along(kStep_deg, 0), north = step_along(0, kStep_deg);
+  const double grid_m2 = east.x() * north.y() - east.y() * north.x();
+  const double projected = std::sqrt(grid_m2 / handles_->GroundAt(place.latitude_deg * kDegree));
   if (!(projected > 0)) return std::nullopt;
   place.scale = projected * kEarthRadius_m / (kEarthRadius_m + p_m.z());
-  const Eigen::Vector2d north =
-      handles_->FromDegrees(place.longitude_deg, place.latitude_deg + kStep_deg) -
-      handles_->FromDegrees(place.longitude_deg, place.latitude_deg - kStep_deg);
   place.true_north_rad = std::atan2(-north.x(), north.y());
   return place;
 }

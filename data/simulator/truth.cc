@@ -444,7 +444,7 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
 namespace {
 
 // Where the middle of a quad is seen.
-Vector3d MiddleOf(const std::vector<ScenePatch>& patches, uint32_t quad) {
+Vector3d FindTagMiddle(const std::vector<ScenePatch>& patches, uint32_t quad) {
   for (const ScenePatch& patch : patches) {
     if (patch.quad != quad) continue;
     const Eigen::Array2f at =
@@ -463,7 +463,7 @@ void WriteTrueControl(const std::string& path, const Scene& scene) {
   std::string text = "name,easting_m,northing_m,height_m,sigma_m\n";
   const std::vector<ScenePatch> patches = SeenPatches(scene);
   for (const SceneTag& tag : scene.tags) {
-    Vector3d p = MiddleOf(patches, tag.quad);
+    Vector3d p = FindTagMiddle(patches, tag.quad);
     if (scene.georeference) p = *scene.georeference * p;
     text += fmt::format("{},{:.5f},{:.5f},{:.5f},0.001\n", tag.name, p.x(), p.y(), p.z());
   }

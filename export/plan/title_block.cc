@@ -215,6 +215,14 @@ std::string FormatDate(const MapResult& map) {
   return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
 }
 
+// Where the origin is, in what fits beside the legend.
+std::string DescribePlace(const std::optional<Georeference>& place) {
+  if (!place || IsShiftedOnly(place)) return GeoreferenceNote(place);
+  const Eigen::Vector3d& p = place->origin_m;
+  return fmt::format("Origin at {:.3f}, {:.3f}, {:.3f} m in {}", p.x(), p.y(), p.z(),
+                     place->crs.empty() ? "its grid" : place->crs);
+}
+
 // Degrees clockwise from up, and by what; of a map that is only shifted what up is.
 std::pair<std::optional<double>, std::string> FindNorth(const MapResult& map,
                                                         const PlanOptions& options) {
@@ -246,7 +254,7 @@ TitleBlock::TitleBlock(const MapResult& map, const PlanOptions& options)
       date_(options.date.empty() ? FormatDate(map) : options.date),
       number_(options.number.empty() ? map.id.substr(0, 8) : options.number),
       map_id_(map.id),
-      offset_(GeoreferenceNote(map.source.georeference)),
+      place_(DescribePlace(map.source.georeference)),
       is_complete_(map.complete),
       in_mm_(options.millimetres) {
   std::tie(north_deg_, north_by_) = FindNorth(map, options);
@@ -261,7 +269,7 @@ std::vector<std::string> TitleBlock::Notes(const SheetFormat& format,
                   number_.empty() ? "" : number_ + "-", words.number),
       in_mm_ ? "Millimetres, clear between measured faces" : "Metres, clear between measured faces",
       "~, about: a border was not seen, a thickness assumed"};
-  if (!offset_.empty()) notes.push_back(offset_);
+  if (!place_.empty()) notes.push_back(place_);
   const std::string partial = is_complete_ ? "" : "Partial: not all was mapped. ";
   if (!is_complete_ || !map_id_.empty()) notes.push_back(fmt::format("{}Map {}", partial, map_id_));
   return notes;

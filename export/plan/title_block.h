@@ -49,7 +49,7 @@ class TitleBlock {
  private:
   std::vector<std::string> Notes(const SheetFormat& format, const SheetWords& words) const;
 
-  std::string project_, date_, number_, map_id_, offset_;
+  std::string project_, date_, number_, map_id_, place_;
   bool is_complete_, in_mm_;
   std::optional<double> north_deg_;
   std::string north_by_;

@@ -11,6 +11,7 @@
 #include "mapping/align/map_changes.h"
 #include "mapping/align/surface_union.h"
 #include "mapping/lines/patterns.h"
+#include "mapping/map/part_files.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
 #include "mapping/views/view.h"

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -11,6 +12,7 @@
 
 #include "data/core/coordinate_system.h"
 #include "data/core/error.h"
+#include "data/source/asl_source.h"
 #include "mapping/control/control_placement.h"
 #include "mapping/control/tag_finder.h"
 #include "mapping/control/triangulation.h"
@@ -125,14 +127,15 @@ std::vector<ControlRecording> ListControlRecordings(const MapResult& map,
                                                     const std::string& moved_to) {
   std::vector<ControlRecording> recordings;
   if (map.source.merged.empty()) {
-    recordings.push_back({moved_to.empty() ? map.source.sequence : moved_to, map.source.opened});
+    recordings.push_back(
+        {moved_to.empty() ? map.source.sequence : moved_to, map.source.opened, 0, {}});
   } else if (!moved_to.empty()) {
     throw ConfigError(
         "--sequence: found a map that was merged of several recordings, expected one of a single "
         "one");
   }
   for (const MergedRun& run : map.source.merged) {
-    recordings.push_back({run.sequence, run.opened, run.stamps_moved_ns});
+    recordings.push_back({run.sequence, run.opened, run.stamps_moved_ns, {}});
   }
   for (size_t i = 0; i < recordings.size(); ++i) {
     for (const StampedPose& pose : map.keyframes) {
@@ -148,8 +151,8 @@ ControlRecording ControlRecordingOfRun(const OdometryRun& run, const std::string
   if (!run.source) {
     throw DataError("run: found nothing about where its images are, expected a run of a recording");
   }
-  ControlRecording recording{moved_to.empty() ? run.source->sequence : moved_to,
-                             run.source->opened};
+  ControlRecording recording{
+      moved_to.empty() ? run.source->sequence : moved_to, run.source->opened, 0, {}};
   for (const Keyframe& keyframe : run.keyframes) recording.stamps_ns.push_back(keyframe.stamp_ns);
   return recording;
 }

@@ -53,15 +53,15 @@ double FindExtent(const Matches& matches) {
   return box.isEmpty() ? 0 : box.sizes().norm();
 }
 
-struct Candidate {
+struct PlaceCandidate {
   Georeference place;
   std::ptrdiff_t count = 0;
 };
 
 // The place of the pair that most points are near to.
-Candidate FindCandidate(const Matches& matches, double scale) {
+PlaceCandidate FindCandidate(const Matches& matches, double scale) {
   const double extent_m = FindExtent(matches);
-  Candidate best;
+  PlaceCandidate best;
   double least_m = INFINITY;
   for (size_t i = 0; i < matches.size(); ++i) {
     for (size_t j = i + 1; j < matches.size(); ++j) {
@@ -184,7 +184,7 @@ void RefuseDegrees(const std::string& path, const Matches& matches) {
 
 void RefuseSwapped(const std::string& path, const Matches& matches, double scale,
                    std::ptrdiff_t count) {
-  const Candidate swapped = FindCandidate(Swapped(matches), scale);
+  const PlaceCandidate swapped = FindCandidate(Swapped(matches), scale);
   if (matches.size() < 3 || swapped.count < 3 || swapped.count <= count) return;
   const ControlMatch& first = matches.front();
   throw DataError(fmt::format(
@@ -203,7 +203,7 @@ std::string DescribeWorst(const Matches& matches, const Georeference& place) {
 }
 
 [[noreturn]] void RefusePoints(const std::string& path, const Matches& matches,
-                               const Candidate& best) {
+                               const PlaceCandidate& best) {
   constexpr double kAnotherUnit = 0.05, kAlike = 0.02;
   const DistanceRatio ratio = CompareDistances(matches);
   if (matches.size() > 2 && std::abs(ratio.middle - 1) > kAnotherUnit && ratio.spread < kAlike) {
@@ -230,7 +230,7 @@ ControlPlacement PlaceOnPoints(const std::string& path, const std::vector<Contro
   const Vector3d near = matches.empty() ? Vector3d(0, 0, 0) : matches.front().p_m;
   RefuseDegrees(path, matches);
   for (ControlMatch& match : matches) match.p_m -= near;  // so that no digits are lost
-  const Candidate best = FindCandidate(matches, scale);
+  const PlaceCandidate best = FindCandidate(matches, scale);
   RefuseSwapped(path, given, scale, best.count);
   const auto size = std::ssize(matches);
   if (best.count < 2 || (size > 2 && 2 * best.count <= size)) RefusePoints(path, matches, best);

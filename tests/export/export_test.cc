@@ -97,9 +97,9 @@ TEST_F(ExportTest, TheLogTellsWhatFilesCannotHold) {
   MapResult map = MakeMap();
   map.building = {};
   EXPECT_THAT(LogOfExport(map, Path("near"), {"limap"}), Not(HasSubstr("world_offset_m")));
-  map.source.world_offset_m = {451200, 5411300, 312};
+  map.source.georeference = Georeference{"", {451200, 5411300, 312}};
   EXPECT_THAT(LogOfExport(map, Path("far"), {"limap", "cloud"}),
-              HasSubstr("add world_offset_m 451200 5411300 312 of export.json"));
+              HasSubstr("which export.json says: world_offset_m 451200 5411300 312"));
   EXPECT_THAT(LogOfExport(map, Path("obj"), {"obj"}), Not(HasSubstr("world_offset_m")));
   map.building.storeys = {{0, 0, 2.5}};
   EXPECT_THAT(LogOfExport(map, Path("plan"), {"svg", "pdf"}), HasSubstr("no wall was found"));
@@ -120,15 +120,35 @@ TEST_F(ExportTest, AllFormatsAreWrittenOrThoseThatAreWanted) {
 
 TEST_F(ExportTest, FilesSayWhereAMapOfFarPosesLies) {
   MapResult map = MakeMap();
-  map.source.world_offset_m = {451200, 5411300, 312};
+  map.source.georeference = Georeference{"", {451200, 5411300, 312}};
   ExportMap(map, folder_, {});
   for (const char* name : {"points.ply", "lines.ply", "dense.ply", "plan.dxf", "map.dxf", "map.obj",
                            "plan/no_storey.svg", "colmap/images.txt", "grid/no_storey.yaml"}) {
     EXPECT_THAT(ReadFile(Path(name)), HasSubstr("world_offset_m 451200 5411300 312")) << name;
   }
-  EXPECT_THAT(ReadFile(Path("scene.glb")), HasSubstr("\"world_offset_m\""));
+  EXPECT_THAT(ReadFile(Path("scene.glb")), HasSubstr("\"origin_m\""));
   EXPECT_THAT(ReadFile(Path("map.ifc")), HasSubstr("451200.,5411300.,312."));
-  EXPECT_EQ(ExportSourceIn(folder_).world_offset_m, map.source.world_offset_m);
+  EXPECT_EQ(ExportSourceIn(folder_).georeference->origin_m, map.source.georeference->origin_m);
+}
+
+TEST_F(ExportTest, FilesSayWhereATurnedMapLies) {
+  MapResult map = MakeMap();
+  map.source.georeference = Georeference{"EPSG:25832", {691607.25, 5334760.5, 515}, 0.5, 0.99997};
+  const Eigen::Vector3d p(3, 4, 1), before = *map.source.georeference * p;
+  ExportMap(map, folder_, {});
+  for (const char* name : {"points.ply", "plan.dxf", "map.dxf", "map.obj", "colmap/images.txt"}) {
+    EXPECT_THAT(ReadFile(Path(name)),
+                HasSubstr("EPSG:25832 origin_m 691607.2500 5334760.5000 515.0000 turn_deg "))
+        << name;
+  }
+  // The frame of the export is turned along the walls: the same point is at the same place.
+  const Georeference place = *ExportSourceIn(folder_).georeference;
+  EXPECT_LT((place * (FrameOfExports(map) * p) - before).norm(), 1e-6);
+  const std::string ifc = ReadFile(Path("map.ifc"));
+  EXPECT_THAT(ifc, HasSubstr("IFCPROJECTEDCRS('EPSG:25832','ETRS89 / UTM zone 32N'"));
+  EXPECT_THAT(ifc, HasSubstr(",691607.25,5334760.5,515.,"));
+  EXPECT_THAT(ifc, HasSubstr(",0.99997)"));
+  EXPECT_THAT(ReadFile(Path("scene.glb")), HasSubstr("\"crs\":\"EPSG:25832\""));
 }
 
 TEST_F(ExportTest, AnExportThatIsEndedLeavesTheEarlierOne) {

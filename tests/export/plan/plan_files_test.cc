@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/file.h"
 #include "export/plan/plan_writer.h"
 #include "export/plan/sheet.h"
@@ -99,13 +100,26 @@ TEST_F(PlanFilesTest, TheTitleBlockSaysWhatAndWhen) {
 TEST_F(PlanFilesTest, AllThatTheTitleBlockSaysIsWithinTheFrame) {
   map_.id = "0123456789abcdef";
   map_.complete = false;
-  map_.source.world_offset_m = {451200, 5411300, 312};
+  map_.source.georeference = Georeference{"", {451200, 5411300, 312}};
   const std::vector<DrawnText> texts = MakeSheets(map_, {}).at(0).drawing.texts;
   EXPECT_TRUE(std::ranges::any_of(
       texts, [](const DrawnText& text) { return text.text.ends_with("Map 0123456789abcdef"); }));
   for (const DrawnText& text : texts) {
     EXPECT_GT(text.position.y(), kSheetBorder_mm + 1) << text.text;
   }
+}
+
+TEST_F(PlanFilesTest, TheArrowOfAMapOnEarthPointsToTrueNorth) {
+  // 1.92 degrees to the west of the grid's north there.
+  map_.source.georeference = Georeference{"EPSG:25832", {691607, 5334760, 515}, 30 * kDegree};
+  const std::string svg = ReadFile(WriteSvg(map_).at(0));
+  EXPECT_THAT(svg, HasSubstr(">North: 28.08\u00b0 clockwise from up,<"));
+  EXPECT_THAT(svg, HasSubstr(">true north, by EPSG:25832<"));
+  EXPECT_THAT(svg, HasSubstr(">Origin at 691607.000, 5334760.000, 515.000 m in EPSG:25832<"));
+  map_.source.georeference->crs = "";
+  EXPECT_THAT(ReadFile(WriteSvg(map_).at(0)),
+              ::testing::AllOf(HasSubstr(">North: 30\u00b0 clockwise from up,<"),
+                               HasSubstr(">that of the grid of control points<")));
 }
 
 TEST_F(PlanFilesTest, XmllintAcceptsTheSvg) {

@@ -245,5 +245,15 @@ TEST(SameEdgeResidual, OfFreeLinesIsTheDistanceAtAPlaceAlongThem) {
   ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
 }
 
+TEST(MeasuredPoint, HasTheJacobiansOfItsResidual) {
+  const RigidTransform T_imu_camera(ExpRotation({0.3, -1.2, 0.7}), {0.05, -0.02, 0.1});
+  const MeasuredPointResidual residual(T_imu_camera, {7, {1, -2, 3}, {0.005, 0.01, 0.02}});
+  ExpectJacobiansMatchDifferences(residual,
+                                  {PoseBlockOf({ExpRotation({0.2, 0.5, -0.9}), {2, 1, 1.5}}),
+                                   {0.1, -0.3, 0.2, 0.4},
+                                   {0.2, -0.1, 0.25}},
+                                  1e-5);
+}
+
 }  // namespace
 }  // namespace slcmap

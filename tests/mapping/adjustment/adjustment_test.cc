@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <set>
 
 #include "mapping/adjustment/closure.h"
@@ -191,6 +193,45 @@ TEST(Adjustment, TiesLinesByTheScaledDeviation) {
   }
   run.run.line_deviation_rad = 0.5 * adjustment.exact_below_rad;
   for (const AdjustedLine& line : StateOfRun(run.run, adjustment).lines) EXPECT_TRUE(line.exact);
+}
+
+// Those landmarks that most keyframes see, and where they would be in a world that is `longer`, and
+// turned and shifted as a whole.
+std::vector<ControlTie> TieBest(const OdometryRun& run, double longer) {
+  std::vector<Landmark> landmarks = run.landmarks;
+  std::ranges::sort(landmarks, std::greater(), &Landmark::observations);
+  const RigidTransform T_control_world(ExpRotation({0, 0, 0.2}), {3, -1, 0.5});
+  std::vector<ControlTie> ties;
+  for (size_t i = 0; i < 12; ++i) {
+    ties.push_back({landmarks[i].id, T_control_world * (longer * landmarks[i].p_world),
+                    Eigen::Vector3d::Constant(0.001)});
+  }
+  return ties;
+}
+
+double SpreadOf(const std::vector<ControlTie>& ties, const std::vector<Landmark>& landmarks) {
+  double sum = 0;
+  const auto find = [&](const ControlTie& tie) {
+    return std::ranges::find(landmarks, tie.landmark_id, &Landmark::id)->p_world;
+  };
+  for (const ControlTie& tie : ties) sum += (find(tie) - find(ties[0])).norm();
+  return sum;
+}
+
+TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
+  const OdometryRun& run = LongFlight().run;
+  const AdjustmentResult free = AdjustWithClosures(run, Quick(), nullptr);
+  OdometryRun settled = run;
+  Apply(free, &settled);
+  const auto adjust = [&](const std::vector<ControlTie>& ties) {
+    return AdjustWithClosures(run, Quick(), nullptr, {}, ties);
+  };
+  const std::vector<ControlTie> alike = TieBest(settled, 1), longer = TieBest(settled, 1.01);
+  const double spread_m = SpreadOf(alike, free.landmarks);
+  const AdjustmentResult same = adjust(alike), pulled = adjust(longer);
+  ASSERT_TRUE(free.usable && same.usable && pulled.usable);
+  EXPECT_NEAR(SpreadOf(alike, same.landmarks) / spread_m, 1, 5e-4);
+  EXPECT_NEAR(SpreadOf(longer, pulled.landmarks) / spread_m, 1.01, 3e-3);
 }
 
 TEST(Adjustment, TheSameRunGivesTheSameBytes) {

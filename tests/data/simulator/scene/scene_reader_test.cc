@@ -9,6 +9,7 @@
 #include "data/simulator/made_motion.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/scene/scene_builder.h"
+#include "data/simulator/truth.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -268,6 +269,31 @@ TEST(ReadScene, RefusesNumbersOutOfRangeNamingFileAndKey) {
         ErrorOf("materials: {white: {" + wrong + "}}\nobjects: [{kind: box, size: [1, 1, 1]}]"),
         HasSubstr("materials.white." + wrong.substr(0, wrong.find(':'))));
   }
+}
+
+TEST(SceneTags, AreControlPointsInTheGridOfTheScene) {
+  const std::string tag = "objects: [{kind: tag, name: 'tag36h11:5', at: [1, 2, 3], size: 0.16}]\n";
+  const std::string place = "georeference: {origin_m: [1000, 2000, 30], turn_deg: 90}\n";
+  const testing::TempFolder folder;
+  const auto truth_of = [&](const std::string& text) {
+    WriteTrueControl(folder.Path("control.csv"), ReadScene(Written(text)));
+    return testing::ReadText(folder.Path("control.csv"));
+  };
+  const std::string header = "name,easting_m,northing_m,height_m,sigma_m\n";
+  EXPECT_EQ(truth_of(tag), header + "tag36h11:5,1.00000,1.99400,3.00000,0.001\n");
+  EXPECT_EQ(truth_of(place + tag), header + "tag36h11:5,998.00600,2001.00000,33.00000,0.001\n");
+  const Scene scene = ReadScene(Written(tag));
+  ASSERT_EQ(scene.tags.size(), 1u);
+  EXPECT_NEAR(scene.quads[scene.tags[0].quad].u.norm(), 0.2, 1e-6);  // with its white border
+}
+
+TEST(SceneTags, RefuseWhatIsNone) {
+  EXPECT_THAT(ErrorOf("objects: [{kind: tag, name: pillar}]"),
+              HasSubstr("name: found 'pillar', expected a tag such as tag36h11:5"));
+  EXPECT_THAT(ErrorOf("objects: [{kind: tag, name: 'tag36h11:9000'}]"), HasSubstr("9000"));
+  EXPECT_THAT(ErrorOf("georeference: {crs: 'EPSG:25832', origin_m: [5, 5, 0]}\n"
+                      "objects: [{kind: tag}]"),
+              HasSubstr("georeference.origin_m: expected a place that EPSG:25832 is for"));
 }
 
 }  // namespace
