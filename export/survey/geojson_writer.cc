@@ -82,7 +82,7 @@ Json StoreyJson(const MapResult& map, const std::vector<FeatureLayer>& layers,
   Json plan = {{"map", map.id}, {"units", "metres"}};
   if (storey) plan["storey"] = *storey;
   return {{"type", "FeatureCollection"},
-          {"crs", CrsJson(PlaceOf(map.source).crs)},
+          {"crs", CrsJson(FindPlace(map.source).crs)},
           {"slcmap", plan},
           {"features", features}};
 }

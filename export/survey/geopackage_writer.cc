@@ -90,7 +90,7 @@ std::string MakeWkb(const StoreyFeature& feature, FeatureGeometry geometry) {
 // A geometry as GeoPackage has it: with its extent before it.
 std::string MakeGeometry(const StoreyFeature& feature, FeatureGeometry geometry, int srs) {
   constexpr uint8_t kVersion1 = 0, kLowestFirstWithExtent = 0b11;
-  const Eigen::AlignedBox2d extent = ExtentOf(feature);
+  const Eigen::AlignedBox2d extent = ComputeExtent(feature);
   std::string bytes = "GP";
   AppendBytes(kVersion1, &bytes);
   AppendBytes(kLowestFirstWithExtent, &bytes);
@@ -136,13 +136,13 @@ class GeoPackage {
   }
 
   void AddLayer(const FeatureLayer& layer) {
-    Execute(TableOf(layer));
+    Execute(CreateStatement(layer));
     Eigen::AlignedBox2d extent;
     {
-      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertOf(layer));
+      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertStatement(layer));
       for (const StoreyFeature& feature : layer.features) {
         AddFeature(layer, feature, insert.get());
-        extent.extend(ExtentOf(feature));
+        extent.extend(ComputeExtent(feature));
       }
     }
     Register(layer, extent);
@@ -180,7 +180,7 @@ class GeoPackage {
                     epsg > 0 ? "EPSG" : "NONE", srs_, epsg > 0 ? "undefined" : kLocalCrs));
   }
 
-  static std::string TableOf(const FeatureLayer& layer) {
+  static std::string CreateStatement(const FeatureLayer& layer) {
     std::string columns;
     for (const auto& [name, type] : layer.columns) {
       columns += fmt::format(",{} {}", name, SqlType(type));
@@ -190,7 +190,7 @@ class GeoPackage {
         layer.name, GeometryName(layer.geometry), columns);
   }
 
-  static std::string InsertOf(const FeatureLayer& layer) {
+  static std::string InsertStatement(const FeatureLayer& layer) {
     std::string names, places;
     for (const auto& column : layer.columns) {
       names += fmt::format(",{}", column.name);
@@ -253,7 +253,7 @@ std::vector<std::string> GeoPackageWriter::Write(const std::string& folder, cons
                                                  const Progress& progress) const {
   progress.ReportOrStop(0);
   const std::string path = folder + "/plan.gpkg";
-  GeoPackage file(path, PlaceOf(map.source).crs);
+  GeoPackage file(path, FindPlace(map.source).crs);
   for (const FeatureLayer& layer : MakeFeatureLayers(map)) file.AddLayer(layer);
   file.Close();
   progress.ReportOrStop(1);

@@ -30,7 +30,7 @@ std::vector<std::string> LasWriter::Write(const std::string& folder, const MapRe
   options_.Check();
   std::size_t all = 0, done = 0;
   for (const PointSource source : kPointSources) all += CountPoints(map, source);
-  const Georeference place = PlaceOf(map.source);
+  const Georeference place = FindPlace(map.source);
   const std::string path = folder + "/cloud.las";
   // Whole metres, as people read them in headers.
   LasFile file(path, ChooseVersion(options_, all),

@@ -50,7 +50,7 @@ SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index)
                   index, GetName(source)));
 }
 
-Georeference PlaceOf(const MapSource& source) {
+Georeference FindPlace(const MapSource& source) {
   if (source.georeference) return *source.georeference;
   Georeference place;
   place.origin_m = source.world_offset_m;

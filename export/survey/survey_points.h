@@ -39,7 +39,7 @@ SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index)
 
 // Where the map lies, as far as that is known; a map of poses that were given far from their origin
 // lies in a grid without a name.
-Georeference PlaceOf(const MapSource& source);
+Georeference FindPlace(const MapSource& source);
 
 // The direction of a map's normal where it lies.
 Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& normal);

@@ -1,5 +1,5 @@
 // Maps for surveyors and geographic information systems: clouds as LAS and E57, plans as GeoPackage
-// and GeoJSON. All are written in blocks. Coordinates are those of the map's place (PlaceOf), in
+// and GeoJSON. All are written in blocks. Coordinates are those of the map's place (FindPlace), in
 // metres.
 #pragma once
 
