@@ -51,10 +51,7 @@ SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index)
 }
 
 Georeference FindPlace(const MapSource& source) {
-  if (source.georeference) return *source.georeference;
-  Georeference place;
-  place.origin_m = source.world_offset_m;
-  return place;
+  return source.georeference.value_or(Georeference());
 }
 
 Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& normal) {

@@ -37,8 +37,7 @@ std::size_t CountPoints(const MapResult& map, PointSource source);
 // not finite.
 SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index);
 
-// Where the map lies, as far as that is known; a map of poses that were given far from their origin
-// lies in a grid without a name.
+// Where the map lies; where that is not known, in a grid of its own.
 Georeference FindPlace(const MapSource& source);
 
 // The direction of a map's normal where it lies.
