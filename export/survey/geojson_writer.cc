@@ -66,9 +66,9 @@ Json FeatureJson(const FeatureLayer& layer, const StoreyFeature& feature) {
 // RFC 7946 knows degrees alone; that these are metres is said as its forerunner of 2008 did.
 Json CrsJson(const std::string& crs) {
   const int epsg = EpsgCode(crs);
-  if (epsg == 0) return nullptr;
-  return {{"type", "name"},
-          {"properties", {{"name", fmt::format("urn:ogc:def:crs:EPSG::{}", epsg)}}}};
+  const std::string name =
+      epsg > 0 ? fmt::format("urn:ogc:def:crs:EPSG::{}", epsg) : std::string(kLocalCrs);
+  return {{"type", "name"}, {"properties", {{"name", name}}}};
 }
 
 Json StoreyJson(const MapResult& map, const std::vector<FeatureLayer>& layers,

@@ -17,9 +17,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kLocalSrs = 100000;  // of a frame that has no number: beyond those of EPSG
-constexpr const char* kLocalCrs =
-    "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
-    "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
 
 // The tables that all GeoPackages have, and the systems that the standard wants in them.
 constexpr const char* kGeoPackageTables = R"(

@@ -51,7 +51,7 @@ class GeoPackageWriter : public MapWriter {
 
 // Writes plan/storey_N.geojson for each storey with the features of MakeFeatureLayers, each of
 // which says in `feature` what it is; of a map without storeys one, `plan/no_storey`. Coordinates
-// are metres: `crs` names their system or is null.
+// are metres: `crs` names their system.
 class GeoJsonWriter : public MapWriter {
  public:
   std::string Format() const override { return "geojson"; }
