@@ -288,7 +288,7 @@ void E57File::Close() {
       Text("formatName", "ASTM E57 3D Imaging Data File") + Text("guid", guid_) +
       Whole("versionMajor", 1) + Whole("versionMinor", 0) +
       Text("e57LibraryVersion", std::string("slcmap ") + kVersion) +
-      (crs_.empty() ? "" : Text("coordinateMetadata", crs_)) +
+      Text("coordinateMetadata", crs_) +
       "<data3D type=\"Vector\" allowHeterogeneousChildren=\"1\">\n" + scans_xml_ +
       "</data3D>\n<images2D type=\"Vector\" allowHeterogeneousChildren=\"1\"/>\n</e57Root>\n";
   const uint64_t start = pages_.size();

@@ -50,7 +50,7 @@ void WriteScan(const MapResult& map, PointSource source, const Progress& progres
 std::vector<std::string> E57Writer::Write(const std::string& folder, const MapResult& map,
                                           const Progress& progress) const {
   const std::string path = folder + "/cloud.e57";
-  E57File file(path, E57Guid(map.id), "");
+  E57File file(path, E57Guid(map.id), CrsWkt(FindPlace(map.source)));
   double from = 0;
   for (const PointSource source : kPointSources) {
     const double to = from + 1.0 / kPointSources.size();

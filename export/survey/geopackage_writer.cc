@@ -1,6 +1,7 @@
 // GeoPackage 1.2: an SQLite database with tables of features.
 #include <spdlog/fmt/fmt.h>
 
+#include <memory>
 #include <string_view>
 
 #include "data/bag/sqlite.h"
@@ -119,7 +120,7 @@ const char* GeometryName(FeatureGeometry geometry) {
 
 class GeoPackage {
  public:
-  explicit GeoPackage(const std::string& path, const std::string& crs) : path_(path) {
+  GeoPackage(const std::string& path, const Georeference& place) : path_(path) {
     sqlite3* db = nullptr;
     const int status = sqlite3_open(path.c_str(), &db);
     db_.reset(db);
@@ -129,7 +130,7 @@ class GeoPackage {
         "PRAGMA application_id=1196444487;PRAGMA user_version=10200;PRAGMA journal_mode=OFF;"
         "PRAGMA synchronous=OFF;BEGIN");
     Execute(kGeoPackageTables);
-    AddCrs(crs);
+    AddCrs(place);
   }
 
   void AddLayer(const FeatureLayer& layer) {
@@ -167,14 +168,15 @@ class GeoPackage {
     return SqliteHandle<sqlite3_stmt>(statement);
   }
 
-  void AddCrs(const std::string& crs) {
-    const int epsg = EpsgCode(crs);
+  void AddCrs(const Georeference& place) {
+    const int epsg = EpsgCode(place.crs);
     srs_ = epsg > 0 ? epsg : kLocalSrs;
-    // Readers look numbers of EPSG up themselves.
-    Execute(
-        fmt::format("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES('{}',{},'{}',{},'{}',NULL)",
-                    epsg > 0 ? fmt::format("EPSG:{}", epsg) : "building", srs_,
-                    epsg > 0 ? "EPSG" : "NONE", srs_, epsg > 0 ? "undefined" : kLocalCrs));
+    const std::unique_ptr<char, decltype(&sqlite3_free)> query(
+        sqlite3_mprintf("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES(%Q,%d,%Q,%d,%Q,NULL)",
+                        place.crs.empty() ? "building" : place.crs.c_str(), srs_,
+                        epsg > 0 ? "EPSG" : "NONE", srs_, CrsWkt(place).c_str()),
+        &sqlite3_free);
+    Execute(query.get());
   }
 
   static std::string CreateStatement(const FeatureLayer& layer) {
@@ -250,7 +252,7 @@ std::vector<std::string> GeoPackageWriter::Write(const std::string& folder, cons
                                                  const Progress& progress) const {
   progress.ReportOrStop(0);
   const std::string path = folder + "/plan.gpkg";
-  GeoPackage file(path, FindPlace(map.source).crs);
+  GeoPackage file(path, FindPlace(map.source));
   for (const FeatureLayer& layer : MakeFeatureLayers(map)) file.AddLayer(layer);
   file.Close();
   progress.ReportOrStop(1);

@@ -32,9 +32,9 @@ std::vector<std::string> LasWriter::Write(const std::string& folder, const MapRe
   for (const PointSource source : kPointSources) all += CountPoints(map, source);
   const Georeference place = FindPlace(map.source);
   const std::string path = folder + "/cloud.las";
-  // Whole metres, as people read them in headers.
-  LasFile file(path, ChooseVersion(options_, all),
-               {.epsg = EpsgCode(place.crs), .offset_m = place.origin_m.array().round()});
+  LasFile file(
+      path, ChooseVersion(options_, all),
+      {EpsgCode(place.crs), CrsWkt(place), place.origin_m.array().round()});  // as people read them
   for (const PointSource source : kPointSources) {
     for (std::size_t i = 0; i < CountPoints(map, source); ++i, ++done) {
       if (done % kReportEvery == 0) {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 
 namespace slcmap::inline exporting {
@@ -65,6 +66,12 @@ int EpsgCode(const std::string& crs) {
   const char* const end = crs.data() + crs.size();
   const auto [stop, error] = std::from_chars(crs.data() + kAuthority.size(), end, code);
   return error == std::errc() && (stop == end || *stop == '+') && code > 0 ? code : 0;
+}
+
+std::string CrsWkt(const Georeference& place) {
+  if (!place.crs.empty()) return CoordinateSystem(place.crs).Wkt();
+  return "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
+         "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
 }
 
 }  // namespace slcmap::exporting

@@ -47,9 +47,7 @@ Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& n
 // 0 of any other.
 int EpsgCode(const std::string& crs);
 
-// What files say of a frame that has no number: OGC WKT of an engineering system.
-inline constexpr char kLocalCrs[] =
-    "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
-    "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
+// OGC WKT of version 1 of the place's system; where it has none, of an engineering one.
+std::string CrsWkt(const Georeference& place);
 
 }  // namespace slcmap::exporting

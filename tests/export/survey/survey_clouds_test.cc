@@ -102,14 +102,17 @@ TEST_P(LasTest, OthersReadAllPointsWithAllTheyHave) {
 
 INSTANTIATE_TEST_SUITE_P(Versions, LasTest, ::testing::Values("1.2", "1.4"));
 
-TEST_F(SurveyCloudTest, LasNamesTheGridAsGeoTiffDoes) {
-  const std::string placed = ReadFile(Write(LasWriter(), MakePlacedMap()));
-  // Key 3072 (ProjectedCSType) with 25832, after GTModelType.
+TEST_F(SurveyCloudTest, FilesNameTheGrid) {
+  const MapResult map = MakePlacedMap();
+  // GeoTIFF's key 3072 (ProjectedCSType) with 25832.
   const std::string key("\x00\x0c\x00\x00\x01\x00\xe8\x64", 8);
-  EXPECT_THAT(placed, HasSubstr(key));
-  EXPECT_THAT(placed, HasSubstr("LASF_Projection"));
-  EXPECT_THAT(ReadFile(Write(LasWriter(), testing::MakeRoomMap())),
-              Not(HasSubstr("LASF_Projection")));
+  EXPECT_THAT(ReadFile(Write(LasWriter(), map)), HasSubstr(key));
+  const std::string wkt = "PROJCS[\"ETRS89 / UTM zone 32N\"";
+  EXPECT_THAT(ReadFile(Write(LasWriter({"1.4"}), map)), HasSubstr(wkt));
+  EXPECT_THAT(ReadFile(Write(E57Writer(), map)), HasSubstr(EscapeMarkup(wkt)));
+  const MapResult nowhere = testing::MakeRoomMap();
+  EXPECT_THAT(ReadFile(Write(LasWriter(), nowhere)), Not(HasSubstr("LASF_Projection")));
+  EXPECT_THAT(ReadFile(Write(LasWriter({"1.4"}), nowhere)), HasSubstr("LOCAL_CS[\"building"));
 }
 
 TEST_F(SurveyCloudTest, OthersReadE57) {

@@ -15,9 +15,11 @@
 namespace slcmap {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 class SurveyPlanTest : public ::testing::Test {
@@ -68,6 +70,30 @@ TEST_F(SurveyPlanTest, APlacedPlanLiesInItsGrid) {
   EXPECT_THAT(Csv(path, "rooms"), HasSubstr("451200 5411308"));
   EXPECT_THAT(Csv(path, "rooms"), HasSubstr(";47;311.5;2.7;")) << "heights too";
   EXPECT_THAT(Csv(path, "lines"), HasSubstr("315.1"));
+}
+
+// GDAL takes it for WGS 84, and back in the grid it is where it was.
+TEST_F(SurveyPlanTest, GeoJsonOfAPlacedPlanIsInDegrees) {
+  SLCMAP_NEEDS_READER("ogr2ogr");
+  MapResult map = testing::MakeTwoStoreys();
+  map.source.georeference = Georeference{"EPSG:25832", {451200, 5411300, 312}, 0, 1};
+  const std::string path = Write(GeoJsonWriter(), map).at(0);
+  EXPECT_THAT(ReadFile(path), HasSubstr("[8.33434"));
+  EXPECT_THAT(ReadFile(path), Not(HasSubstr("\"crs\"")));
+  const std::string back = testing::OutputOf(
+      "ogr2ogr -f CSV /vsistdout/ '" + path +
+      "' -t_srs EPSG:25832 -lco GEOMETRY=AS_WKT -where \"feature='room'\" -xyRes 0.001 || true");
+  EXPECT_THAT(back,
+              ContainsRegex("POLYGON \\(\\(451(200.000|199.999)[0-9]* 5411(300.000|299.999)"));
+  EXPECT_THAT([&] { ReadPlans(path, 0); }, ThrowsMessage<DataError>(HasSubstr("in metres")))
+      << "degrees are no plan";
+}
+
+TEST_F(SurveyPlanTest, AGridOfAnotherPlaceIsTold) {
+  MapResult map = testing::MakeTwoStoreys();
+  map.source.georeference = Georeference{"EPSG:25832", {1e30, 5411300, 312}, 0, 1};
+  EXPECT_THAT([&] { Write(GeoJsonWriter(), map); },
+              ThrowsMessage<DataError>(HasSubstr("EPSG:25832 does not reach")));
 }
 
 TEST_F(SurveyPlanTest, TheSameMapGivesTheSameBytes) {
