@@ -25,6 +25,7 @@ using Object = std::unique_ptr<PJ, Destroy>;
 struct CoordinateSystem::Handles {
   Handles() : context(proj_context_create()) { proj_log_level(context, PJ_LOG_NONE); }
   ~Handles() {
+    to_wgs84.reset();
     to_degrees.reset();
     system.reset();
     proj_context_destroy(context);
@@ -32,9 +33,17 @@ struct CoordinateSystem::Handles {
   Handles(const Handles&) = delete;
   Handles& operator=(const Handles&) = delete;
 
+  // From the system to another, with east first in both.
+  Object To(const Object& other) const {
+    const Object as_defined(
+        proj_create_crs_to_crs_from_pj(context, system.get(), other.get(), nullptr, nullptr));
+    return Object(proj_normalize_for_visualization(context, as_defined.get()));
+  }
+
   // Of easting and northing: longitude and latitude.
-  std::optional<Eigen::Vector2d> ToDegrees(const Eigen::Vector2d& p_m) const {
-    const PJ_COORD at = proj_trans(to_degrees.get(), PJ_FWD, proj_coord(p_m.x(), p_m.y(), 0, 0));
+  std::optional<Eigen::Vector2d> ToDegrees(const Object& transform,
+                                           const Eigen::Vector2d& p_m) const {
+    const PJ_COORD at = proj_trans(transform.get(), PJ_FWD, proj_coord(p_m.x(), p_m.y(), 0, 0));
     if (!std::isfinite(at.xy.x) || !std::isfinite(at.xy.y)) return std::nullopt;
     return Eigen::Vector2d(at.xy.x, at.xy.y);
   }
@@ -67,7 +76,7 @@ struct CoordinateSystem::Handles {
   }
 
   PJ_CONTEXT* context;
-  Object system, to_degrees;
+  Object system, to_degrees, to_wgs84;
 };
 
 CoordinateSystem::CoordinateSystem(const std::string& name,
@@ -85,10 +94,9 @@ CoordinateSystem::CoordinateSystem(const std::string& name,
   title_ = proj_get_name(handles_->system.get());
   RequireMetres(latitude_longitude_deg);
   const Object degrees(proj_crs_get_geodetic_crs(context, handles_->system.get()));
-  const Object as_defined(proj_create_crs_to_crs_from_pj(context, handles_->system.get(),
-                                                         degrees.get(), nullptr, nullptr));
-  handles_->to_degrees.reset(proj_normalize_for_visualization(context, as_defined.get()));
-  if (!handles_->to_degrees) {
+  handles_->to_degrees = handles_->To(degrees);
+  handles_->to_wgs84 = handles_->To(Object(proj_create(context, "EPSG:4326")));
+  if (!handles_->to_degrees || !handles_->to_wgs84) {
     throw ConfigError(fmt::format("crs: found {}, which PROJ cannot compute with", name));
   }
 }
@@ -117,9 +125,20 @@ void CoordinateSystem::RequireMetres(
                                 name_, title_, unit, remedy));
 }
 
+std::string CoordinateSystem::Wkt() const {
+  const char* const text =
+      proj_as_wkt(handles_->context, handles_->system.get(), PJ_WKT1_GDAL, nullptr);
+  return text == nullptr ? "" : text;
+}
+
+std::optional<Eigen::Vector2d> CoordinateSystem::LongitudeLatitude_deg(
+    const Eigen::Vector2d& p_m) const {
+  return handles_->ToDegrees(handles_->to_wgs84, p_m);
+}
+
 std::optional<PlaceOnEarth> CoordinateSystem::At(const Eigen::Vector3d& p_m) const {
   constexpr double kStep_deg = 1e-4;  // some 10 m
-  const auto at = handles_->ToDegrees(p_m.head<2>());
+  const auto at = handles_->ToDegrees(handles_->to_degrees, p_m.head<2>());
   if (!at || !handles_->IsFor(*at)) return std::nullopt;
   PlaceOnEarth place{at->y(), at->x()};
   const auto step_along = [&](double east_deg, double north_deg) -> Eigen::Vector2d {

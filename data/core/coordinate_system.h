@@ -34,6 +34,13 @@ class CoordinateSystem {
   const std::string& name() const { return name_; }
   const std::string& title() const { return title_; }  // "ETRS89 / UTM zone 32N"
 
+  // As OGC WKT of version 1, which files of all ages hold.
+  std::string Wkt() const;
+
+  // Degrees of WGS 84, with which PROJ has all other systems agree at least to a metre or two;
+  // nothing where it cannot compute them.
+  std::optional<Eigen::Vector2d> LongitudeLatitude_deg(const Eigen::Vector2d& p_m) const;
+
   // Nothing beyond the area that the system is for.
   std::optional<PlaceOnEarth> At(const Eigen::Vector3d& easting_northing_height_m) const;
 

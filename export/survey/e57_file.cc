@@ -89,7 +89,7 @@ constexpr std::array<E57Field, 11> kE57Fields = {{{"cartesianX", 4, false},
                                                   {"colorGreen", 1, true},
                                                   {"colorBlue", 1, true}}};
 
-std::vector<E57Field> FieldsOf(const E57Scan& scan) {
+std::vector<E57Field> ListFields(const E57Scan& scan) {
   std::vector<E57Field> fields;
   std::ranges::copy_if(kE57Fields, std::back_inserter(fields), [&](const E57Field& field) {
     return scan.has_surfaces || !field.of_surfaces;
@@ -105,7 +105,7 @@ std::size_t PacketBytes(const std::vector<E57Field>& fields, uint64_t records) {
 
 // Of all packets with points.
 uint64_t DataBytes(const E57Scan& scan) {
-  const std::vector<E57Field> fields = FieldsOf(scan);
+  const std::vector<E57Field> fields = ListFields(scan);
   const uint64_t rest = scan.count % kRecordsOfPacket;
   return scan.count / kRecordsOfPacket * PacketBytes(fields, kRecordsOfPacket) +
          (rest == 0 ? 0 : PacketBytes(fields, rest));
@@ -181,7 +181,7 @@ std::string PoseXml(const RigidTransform& T) {
 
 std::string PointsXml(const E57Scan& scan, uint64_t section) {
   std::string prototype;
-  for (const E57Field& field : FieldsOf(scan)) {
+  for (const E57Field& field : ListFields(scan)) {
     prototype +=
         field.bytes == 1
             ? fmt::format("<{} type=\"Integer\" minimum=\"0\" maximum=\"255\"/>", field.name)
@@ -209,7 +209,7 @@ void E57File::Begin(const E57Scan& scan) {
   scan_ = scan;
   section_ = pages_.size();
   added_ = packets_ = 0;
-  streams_.assign(FieldsOf(scan).size(), "");
+  streams_.assign(ListFields(scan).size(), "");
   index_.clear();
   box_.setEmpty();
   pages_.Add(SectionHeader(scan, section_));
@@ -243,7 +243,7 @@ void E57File::WritePacket() {
   }
   ++packets_;
   const uint64_t records = streams_[0].size() / sizeof(float);
-  const std::size_t size = PacketBytes(FieldsOf(scan_), records);
+  const std::size_t size = PacketBytes(ListFields(scan_), records);
   std::string packet;
   AppendBytes(kData, &packet);
   AppendBytes(uint8_t{0}, &packet);
@@ -288,7 +288,7 @@ void E57File::Close() {
       Text("formatName", "ASTM E57 3D Imaging Data File") + Text("guid", guid_) +
       Whole("versionMajor", 1) + Whole("versionMinor", 0) +
       Text("e57LibraryVersion", std::string("slcmap ") + kVersion) +
-      (crs_.empty() ? "" : Text("coordinateMetadata", crs_)) +
+      Text("coordinateMetadata", crs_) +
       "<data3D type=\"Vector\" allowHeterogeneousChildren=\"1\">\n" + scans_xml_ +
       "</data3D>\n<images2D type=\"Vector\" allowHeterogeneousChildren=\"1\"/>\n</e57Root>\n";
   const uint64_t start = pages_.size();

@@ -47,7 +47,7 @@ struct E57Scan {
 // deviation in metres one of its own (slc:sigma).
 class E57File {
  public:
-  // `crs` is OGC WKT; "" where there is none. Throws OutputError where the file cannot be made, as
+  // `crs` is OGC WKT. Throws OutputError where the file cannot be made, as
   // the functions below where it cannot be written.
   E57File(const std::string& path, const std::string& guid, const std::string& crs);
 

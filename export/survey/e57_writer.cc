@@ -21,19 +21,19 @@ std::string Describe(PointSource source) {
 }
 
 // A pose holds no scale: that of a grid is in the points.
-RigidTransform PoseOf(const Georeference& place) {
+RigidTransform MakePose(const Georeference& place) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitZ())),
           place.origin_m};
 }
 
 void WriteScan(const MapResult& map, PointSource source, const Progress& progress, E57File* file) {
-  const Georeference place = PlaceOf(map.source);
+  const Georeference place = FindPlace(map.source);
   const std::size_t count = CountPoints(map, source);
   file->Begin({.name = GetName(source),
                .description = Describe(source),
                .guid = E57Guid(fmt::format("{} {}", map.id, GetName(source))),
                .count = count,
-               .T_file = PoseOf(place),
+               .T_file = MakePose(place),
                .has_surfaces = source != PointSource::kLandmark});
   for (std::size_t i = 0; i < count; ++i) {
     if (i % kReportEvery == 0) {
@@ -50,7 +50,7 @@ void WriteScan(const MapResult& map, PointSource source, const Progress& progres
 std::vector<std::string> E57Writer::Write(const std::string& folder, const MapResult& map,
                                           const Progress& progress) const {
   const std::string path = folder + "/cloud.e57";
-  E57File file(path, E57Guid(map.id), "");
+  E57File file(path, E57Guid(map.id), CrsWkt(FindPlace(map.source)));
   double from = 0;
   for (const PointSource source : kPointSources) {
     const double to = from + 1.0 / kPointSources.size();

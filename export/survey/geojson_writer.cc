@@ -1,6 +1,9 @@
 // GeoJSON: a file a storey.
 #include <spdlog/fmt/fmt.h>
 
+#include <optional>
+
+#include "data/core/coordinate_system.h"
 #include "data/io/json.h"
 #include "export/survey/storey_features.h"
 #include "export/survey/survey_points.h"
@@ -9,31 +12,63 @@
 namespace slcmap::inline exporting {
 namespace {
 
-Json Closed(const PlanPoints& ring) {
-  Json points = Json::array();
-  for (const Eigen::Vector2d& p : ring) points.push_back(PointJson(p));
-  points.push_back(PointJson(ring.front()));
-  return points;
-}
-
-Json AreasJson(const std::vector<Polygon>& areas) {
-  Json polygons = Json::array();
-  for (const Polygon& area : areas) {
-    Json rings = Json::array({Closed(area.outline)});
-    for (const PlanPoints& hole : area.holes) rings.push_back(Closed(hole));
-    polygons.push_back(rings);
+// Geometries in degrees of WGS 84, as RFC 7946 wants them, where a map's place on Earth is known,
+// else in metres of its own frame.
+class GeoJsonGeometry {
+ public:
+  explicit GeoJsonGeometry(const Georeference& place) {
+    if (!place.crs.empty()) system_.emplace(place.crs);
   }
-  if (polygons.size() == 1) return {{"type", "Polygon"}, {"coordinates", polygons.front()}};
-  return {{"type", "MultiPolygon"}, {"coordinates", polygons}};
-}
 
-Json LineJson(const std::vector<Eigen::Vector3d>& line, bool in_space) {
-  Json points = Json::array();
-  for (const Eigen::Vector3d& p : line) {
-    points.push_back(in_space ? PointJson(p) : PointJson(Eigen::Vector2d(p.head<2>())));
+  bool InDegrees() const { return system_.has_value(); }
+
+  Json Make(const FeatureLayer& layer, const StoreyFeature& feature) const {
+    if (layer.geometry == FeatureGeometry::kAreas) return Areas(feature.areas);
+    Json points = Json::array();
+    for (const Eigen::Vector3d& p : feature.line) {
+      points.push_back(Position(p.head<2>()));
+      const bool in_space = layer.geometry == FeatureGeometry::kLineInSpace;
+      if (in_space) points.back().push_back(RoundedForJson(p.z()));
+    }
+    return {{"type", "LineString"}, {"coordinates", points}};
   }
-  return {{"type", "LineString"}, {"coordinates", points}};
-}
+
+ private:
+  // Degrees to a tenth of a millimetre.
+  Json Position(const Eigen::Vector2d& p) const {
+    constexpr double kDegreeParts = 1e9;
+    if (!system_) return PointJson(p);
+    const auto degrees = system_->LongitudeLatitude_deg(p);
+    if (!degrees) {
+      throw DataError(fmt::format(
+          "geojson: found a point at {:.2f} {:.2f} m that {} does not reach, expected the map's "
+          "control points in that system",
+          p.x(), p.y(), system_->name()));
+    }
+    const Eigen::Array2d rounded = (kDegreeParts * degrees->array()).round() / kDegreeParts;
+    return Json::array({rounded.x(), rounded.y()});
+  }
+
+  Json Closed(const PlanPoints& ring) const {
+    Json points = Json::array();
+    for (const Eigen::Vector2d& p : ring) points.push_back(Position(p));
+    points.push_back(points.front());
+    return points;
+  }
+
+  Json Areas(const std::vector<Polygon>& areas) const {
+    Json polygons = Json::array();
+    for (const Polygon& area : areas) {
+      Json rings = Json::array({Closed(area.outline)});
+      for (const PlanPoints& hole : area.holes) rings.push_back(Closed(hole));
+      polygons.push_back(rings);
+    }
+    if (polygons.size() == 1) return {{"type", "Polygon"}, {"coordinates", polygons.front()}};
+    return {{"type", "MultiPolygon"}, {"coordinates", polygons}};
+  }
+
+  std::optional<CoordinateSystem> system_;
+};
 
 Json AttributeJson(const Attribute& attribute) {
   return std::visit(
@@ -50,41 +85,35 @@ Json AttributeJson(const Attribute& attribute) {
       attribute);
 }
 
-Json FeatureJson(const FeatureLayer& layer, const StoreyFeature& feature) {
-  const bool is_area = layer.geometry == FeatureGeometry::kAreas;
+Json FeatureJson(const FeatureLayer& layer, const StoreyFeature& feature,
+                 const GeoJsonGeometry& geometry) {
   Json properties = {{"feature", layer.feature}};
   for (std::size_t i = 0; i < layer.columns.size(); ++i) {
     properties[layer.columns[i].name] = AttributeJson(feature.attributes[i]);
   }
-  return {{"type", "Feature"},
-          {"properties", properties},
-          {"geometry",
-           is_area ? AreasJson(feature.areas)
-                   : LineJson(feature.line, layer.geometry == FeatureGeometry::kLineInSpace)}};
-}
-
-// RFC 7946 knows degrees alone; that these are metres is said as its forerunner of 2008 did.
-Json CrsJson(const std::string& crs) {
-  const int epsg = EpsgCode(crs);
-  if (epsg == 0) return nullptr;
-  return {{"type", "name"},
-          {"properties", {{"name", fmt::format("urn:ogc:def:crs:EPSG::{}", epsg)}}}};
+  return {
+      {"type", "Feature"}, {"properties", properties}, {"geometry", geometry.Make(layer, feature)}};
 }
 
 Json StoreyJson(const MapResult& map, const std::vector<FeatureLayer>& layers,
                 const std::optional<int64_t>& storey) {
+  const Georeference place = FindPlace(map.source);
+  const GeoJsonGeometry geometry(place);
   Json features = Json::array();
   for (const FeatureLayer& layer : layers) {
     for (const StoreyFeature& feature : layer.features) {
-      if (feature.storey == storey) features.push_back(FeatureJson(layer, feature));
+      if (feature.storey == storey) features.push_back(FeatureJson(layer, feature, geometry));
     }
   }
-  Json plan = {{"map", map.id}, {"units", "metres"}};
+  Json plan = {{"map", map.id}, {"units", geometry.InDegrees() ? "degrees" : "metres"}};
   if (storey) plan["storey"] = *storey;
-  return {{"type", "FeatureCollection"},
-          {"crs", CrsJson(PlaceOf(map.source).crs)},
-          {"slcmap", plan},
-          {"features", features}};
+  Json json = {{"type", "FeatureCollection"}, {"slcmap", plan}};
+  // The RFC knows degrees alone: metres are told as its forerunner of 2008 told a system.
+  if (!geometry.InDegrees()) {
+    json["crs"] = {{"type", "name"}, {"properties", {{"name", CrsWkt(place)}}}};
+  }
+  json["features"] = features;
+  return json;
 }
 
 }  // namespace

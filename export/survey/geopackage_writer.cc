@@ -1,6 +1,7 @@
 // GeoPackage 1.2: an SQLite database with tables of features.
 #include <spdlog/fmt/fmt.h>
 
+#include <memory>
 #include <string_view>
 
 #include "data/bag/sqlite.h"
@@ -17,9 +18,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kLocalSrs = 100000;  // of a frame that has no number: beyond those of EPSG
-constexpr const char* kLocalCrs =
-    "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
-    "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
 
 // The tables that all GeoPackages have, and the systems that the standard wants in them.
 constexpr const char* kGeoPackageTables = R"(
@@ -90,7 +88,7 @@ std::string MakeWkb(const StoreyFeature& feature, FeatureGeometry geometry) {
 // A geometry as GeoPackage has it: with its extent before it.
 std::string MakeGeometry(const StoreyFeature& feature, FeatureGeometry geometry, int srs) {
   constexpr uint8_t kVersion1 = 0, kLowestFirstWithExtent = 0b11;
-  const Eigen::AlignedBox2d extent = ExtentOf(feature);
+  const Eigen::AlignedBox2d extent = ComputeExtent(feature);
   std::string bytes = "GP";
   AppendBytes(kVersion1, &bytes);
   AppendBytes(kLowestFirstWithExtent, &bytes);
@@ -122,7 +120,7 @@ const char* GeometryName(FeatureGeometry geometry) {
 
 class GeoPackage {
  public:
-  explicit GeoPackage(const std::string& path, const std::string& crs) : path_(path) {
+  GeoPackage(const std::string& path, const Georeference& place) : path_(path) {
     sqlite3* db = nullptr;
     const int status = sqlite3_open(path.c_str(), &db);
     db_.reset(db);
@@ -132,17 +130,17 @@ class GeoPackage {
         "PRAGMA application_id=1196444487;PRAGMA user_version=10200;PRAGMA journal_mode=OFF;"
         "PRAGMA synchronous=OFF;BEGIN");
     Execute(kGeoPackageTables);
-    AddCrs(crs);
+    AddCrs(place);
   }
 
   void AddLayer(const FeatureLayer& layer) {
-    Execute(TableOf(layer));
+    Execute(CreateStatement(layer));
     Eigen::AlignedBox2d extent;
     {
-      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertOf(layer));
+      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertStatement(layer));
       for (const StoreyFeature& feature : layer.features) {
         AddFeature(layer, feature, insert.get());
-        extent.extend(ExtentOf(feature));
+        extent.extend(ComputeExtent(feature));
       }
     }
     Register(layer, extent);
@@ -170,17 +168,18 @@ class GeoPackage {
     return SqliteHandle<sqlite3_stmt>(statement);
   }
 
-  void AddCrs(const std::string& crs) {
-    const int epsg = EpsgCode(crs);
+  void AddCrs(const Georeference& place) {
+    const int epsg = EpsgCode(place.crs);
     srs_ = epsg > 0 ? epsg : kLocalSrs;
-    // Readers look numbers of EPSG up themselves.
-    Execute(
-        fmt::format("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES('{}',{},'{}',{},'{}',NULL)",
-                    epsg > 0 ? fmt::format("EPSG:{}", epsg) : "building", srs_,
-                    epsg > 0 ? "EPSG" : "NONE", srs_, epsg > 0 ? "undefined" : kLocalCrs));
+    const std::unique_ptr<char, decltype(&sqlite3_free)> query(
+        sqlite3_mprintf("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES(%Q,%d,%Q,%d,%Q,NULL)",
+                        place.crs.empty() ? "building" : place.crs.c_str(), srs_,
+                        epsg > 0 ? "EPSG" : "NONE", srs_, CrsWkt(place).c_str()),
+        &sqlite3_free);
+    Execute(query.get());
   }
 
-  static std::string TableOf(const FeatureLayer& layer) {
+  static std::string CreateStatement(const FeatureLayer& layer) {
     std::string columns;
     for (const auto& [name, type] : layer.columns) {
       columns += fmt::format(",{} {}", name, SqlType(type));
@@ -190,7 +189,7 @@ class GeoPackage {
         layer.name, GeometryName(layer.geometry), columns);
   }
 
-  static std::string InsertOf(const FeatureLayer& layer) {
+  static std::string InsertStatement(const FeatureLayer& layer) {
     std::string names, places;
     for (const auto& column : layer.columns) {
       names += fmt::format(",{}", column.name);
@@ -253,7 +252,7 @@ std::vector<std::string> GeoPackageWriter::Write(const std::string& folder, cons
                                                  const Progress& progress) const {
   progress.ReportOrStop(0);
   const std::string path = folder + "/plan.gpkg";
-  GeoPackage file(path, PlaceOf(map.source).crs);
+  GeoPackage file(path, FindPlace(map.source));
   for (const FeatureLayer& layer : MakeFeatureLayers(map)) file.AddLayer(layer);
   file.Close();
   progress.ReportOrStop(1);

@@ -21,8 +21,7 @@ enum class LasVersion {
 struct LasPlace {
   // Of a 1.2 file; 0: none, or one that GeoTIFF's keys cannot name.
   int epsg = 0;
-  // Of a 1.4 file, which takes no other: the CRS as OGC WKT; "" where there is none.
-  std::string wkt = {};
+  std::string wkt = {};  // of a 1.4 file, which takes no other: the CRS as OGC WKT
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // coordinates are stored less this
 };
 

@@ -30,11 +30,11 @@ std::vector<std::string> LasWriter::Write(const std::string& folder, const MapRe
   options_.Check();
   std::size_t all = 0, done = 0;
   for (const PointSource source : kPointSources) all += CountPoints(map, source);
-  const Georeference place = PlaceOf(map.source);
+  const Georeference place = FindPlace(map.source);
   const std::string path = folder + "/cloud.las";
-  // Whole metres, as people read them in headers.
-  LasFile file(path, ChooseVersion(options_, all),
-               {.epsg = EpsgCode(place.crs), .offset_m = place.origin_m.array().round()});
+  LasFile file(
+      path, ChooseVersion(options_, all),
+      {EpsgCode(place.crs), CrsWkt(place), place.origin_m.array().round()});  // as people read them
   for (const PointSource source : kPointSources) {
     for (std::size_t i = 0; i < CountPoints(map, source); ++i, ++done) {
       if (done % kReportEvery == 0) {

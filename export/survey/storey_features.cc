@@ -160,7 +160,7 @@ void RequireFinite(const FeatureLayer& layer, const StoreyFeature& feature) {
 
 }  // namespace
 
-Eigen::AlignedBox2d ExtentOf(const StoreyFeature& feature) {
+Eigen::AlignedBox2d ComputeExtent(const StoreyFeature& feature) {
   Eigen::AlignedBox2d extent;
   for (const Vector3d& p : feature.line) extent.extend(Vector2d(p.head<2>()));
   for (const Polygon& area : feature.areas) {
@@ -170,7 +170,7 @@ Eigen::AlignedBox2d ExtentOf(const StoreyFeature& feature) {
 }
 
 std::vector<FeatureLayer> MakeFeatureLayers(const MapResult& map) {
-  const Georeference place = PlaceOf(map.source);
+  const Georeference place = FindPlace(map.source);
   std::vector<FeatureLayer> layers = {Walls(map, place), Rooms(map, place), Openings(map, place),
                                       Lines(map, place)};
   for (const FeatureLayer& layer : layers) {

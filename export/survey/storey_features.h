@@ -16,7 +16,7 @@ namespace slcmap::inline exporting {
 // Nothing where it is not known.
 using Attribute = std::variant<std::monostate, bool, int64_t, double, std::string>;
 
-// Either areas or a line, in metres of the map's place (PlaceOf); z is 0 in plans.
+// Either areas or a line, in metres of the map's place (FindPlace); z is 0 in plans.
 struct StoreyFeature {
   std::optional<int64_t> storey;  // nothing in a building without storeys
   std::vector<Polygon> areas;
@@ -39,7 +39,7 @@ struct FeatureLayer {
   std::vector<StoreyFeature> features;
 };
 
-Eigen::AlignedBox2d ExtentOf(const StoreyFeature& feature);
+Eigen::AlignedBox2d ComputeExtent(const StoreyFeature& feature);
 
 // "walls" (areas between their openings), "rooms", "openings" (lines from jamb to jamb, in the
 // middle of the wall's thickness) and "lines" (in space: edges, marks and the axes of pipes).

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 
 namespace slcmap::inline exporting {
@@ -50,11 +51,8 @@ SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index)
                   index, GetName(source)));
 }
 
-Georeference PlaceOf(const MapSource& source) {
-  if (source.georeference) return *source.georeference;
-  Georeference place;
-  place.origin_m = source.world_offset_m;
-  return place;
+Georeference FindPlace(const MapSource& source) {
+  return source.georeference.value_or(Georeference());
 }
 
 Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& normal) {
@@ -68,6 +66,12 @@ int EpsgCode(const std::string& crs) {
   const char* const end = crs.data() + crs.size();
   const auto [stop, error] = std::from_chars(crs.data() + kAuthority.size(), end, code);
   return error == std::errc() && (stop == end || *stop == '+') && code > 0 ? code : 0;
+}
+
+std::string CrsWkt(const Georeference& place) {
+  if (!place.crs.empty()) return CoordinateSystem(place.crs).Wkt();
+  return "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
+         "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
 }
 
 }  // namespace slcmap::exporting

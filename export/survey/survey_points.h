@@ -37,9 +37,8 @@ std::size_t CountPoints(const MapResult& map, PointSource source);
 // not finite.
 SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index);
 
-// Where the map lies, as far as that is known; a map of poses that were given far from their origin
-// lies in a grid without a name.
-Georeference PlaceOf(const MapSource& source);
+// Where the map lies; where that is not known, in a grid of its own.
+Georeference FindPlace(const MapSource& source);
 
 // The direction of a map's normal where it lies.
 Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& normal);
@@ -47,5 +46,8 @@ Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& n
 // Of a CRS such as "EPSG:25832", or "EPSG:25832+7837" with a system of heights, that of the plane;
 // 0 of any other.
 int EpsgCode(const std::string& crs);
+
+// OGC WKT of version 1 of the place's system; where it has none, of an engineering one.
+std::string CrsWkt(const Georeference& place);
 
 }  // namespace slcmap::exporting

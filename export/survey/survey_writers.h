@@ -1,6 +1,6 @@
 // Maps for surveyors and geographic information systems: clouds as LAS and E57, plans as GeoPackage
-// and GeoJSON. All are written in blocks. Coordinates are those of the map's place (PlaceOf), in
-// metres.
+// and GeoJSON. Coordinates are those of the map's place (FindPlace), in metres where nothing else
+// is said.
 #pragma once
 
 #include <string>
@@ -51,7 +51,8 @@ class GeoPackageWriter : public MapWriter {
 
 // Writes plan/storey_N.geojson for each storey with the features of MakeFeatureLayers, each of
 // which says in `feature` what it is; of a map without storeys one, `plan/no_storey`. Coordinates
-// are metres: `crs` names their system or is null.
+// are degrees of WGS 84, or metres of a map that has no place on Earth: then `crs` says so. Throws
+// also DataError for a map that is not where its system is.
 class GeoJsonWriter : public MapWriter {
  public:
   std::string Format() const override { return "geojson"; }

@@ -36,7 +36,8 @@ const char* const kFiles[] = {
     "line_bars.ply", "plan.pdf", "plan/no_storey.svg", "plan.dxf", "map.dxf", "map.obj",
     "map.mtl", "map.ifc", "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt",
     "limap/alltracks.txt", "limap/lines.txt", "grid/no_storey.pgm", "grid/no_storey.yaml",
-    "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt"};
+    "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt", "cloud.las", "cloud.e57",
+    "plan.gpkg", "plan/no_storey.geojson"};
 // clang-format on
 
 ExportOptions OfFormats(const std::vector<std::string>& formats) {
