@@ -140,7 +140,7 @@ bool SendText(int client, const HttpRequest& request, const char* status, const 
   return SendAll(client, request.method == "HEAD" ? head : head + text);
 }
 
-std::string TypeOf(const std::string& path) {
+std::string ContentType(const std::string& path) {
   static const std::map<std::string, std::string> kTypes = {{".html", "text/html; charset=utf-8"},
                                                             {".json", "application/json"},
                                                             {".glb", "model/gltf-binary"},
@@ -190,9 +190,9 @@ bool SendFile(int client, const HttpRequest& request, const std::string& path) {
   }
   const ByteRange sent = range.value_or(ByteRange{0, size - 1});
   const std::string head =
-      range ? Head("206 Partial Content", TypeOf(path), sent.to - sent.from + 1,
+      range ? Head("206 Partial Content", ContentType(path), sent.to - sent.from + 1,
                    fmt::format("Content-Range: bytes {}-{}/{}\r\n", sent.from, sent.to, size))
-            : Head("200 OK", TypeOf(path), size);
+            : Head("200 OK", ContentType(path), size);
   if (!SendAll(client, head)) return false;
   return request.method == "HEAD" || SendFileRange(client, file.fd, sent);
 }

@@ -539,7 +539,7 @@ int64_t CountVertices(const MapScene& scene) {
   return count;
 }
 
-std::string BytesOf(GltfModel* model) {
+std::string GlbBytes(GltfModel* model) {
   const tinygltf::Model finished = model->Finish();
   std::ostringstream bytes;
   if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&finished, bytes, false, true)) {
@@ -555,7 +555,7 @@ PartModel MakePointsModel(const std::string& name, const Vertices& vertices) {
   constexpr double kMostQuantised_m = 32;
   GltfModel model(ComputeBox(vertices).sizes().maxCoeff() <= kMostQuantised_m);
   model.AddLayer(name, vertices, {}, TINYGLTF_MODE_POINTS);
-  return {BytesOf(&model), model.box()};
+  return {GlbBytes(&model), model.box()};
 }
 
 PartModel MakeLinesModel(const MapResult& map, std::span<const std::size_t> lines) {
@@ -565,7 +565,7 @@ PartModel MakeLinesModel(const MapResult& map, std::span<const std::size_t> line
   for (const auto& [axis, some] : by_axis) {
     AddLineGroup(std::string("lines/") + AxisName(axis), map, some, &model);
   }
-  return {BytesOf(&model), model.box()};
+  return {GlbBytes(&model), model.box()};
 }
 
 PartModel MakeBuildingModel(const MapResult& map) {
@@ -575,7 +575,7 @@ PartModel MakeBuildingModel(const MapResult& map) {
   layers.AddPipes();
   layers.AddWalls();
   layers.AddPlanes();
-  return {BytesOf(&model), model.box()};
+  return {GlbBytes(&model), model.box()};
 }
 
 std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapResult& map,
@@ -596,7 +596,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   if (textures_) layers.AddTextures(*textures_);
   progress.ReportOrStop(0.75);
   const std::string path = folder + "/scene.glb";
-  const std::string bytes = BytesOf(&model);
+  const std::string bytes = GlbBytes(&model);
   progress.ReportOrStop(0.9);
   WriteFile(path, bytes);
   return {path};

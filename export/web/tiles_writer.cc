@@ -25,7 +25,7 @@ constexpr Colour kPointColour{159, 176, 196};
 
 double LengthOfLine(const MapLine& line) { return (line.end_world - line.start_world).norm(); }
 
-Eigen::Vector3d MiddleOf(const MapLine& line) { return 0.5 * (line.start_world + line.end_world); }
+Eigen::Vector3d ComputeMiddle(const MapLine& line) { return 0.5 * (line.start_world + line.end_world); }
 
 class LineTiler {
  public:
@@ -72,11 +72,11 @@ class LineTiler {
   // stays.
   std::array<std::span<std::size_t>, 2> Halves(std::span<std::size_t> lines) const {
     Eigen::AlignedBox3d box;
-    for (const std::size_t i : lines) box.extend(MiddleOf(map_.lines[i]));
+    for (const std::size_t i : lines) box.extend(ComputeMiddle(map_.lines[i]));
     if (lines.empty()) return {};
     int axis = 0;
     box.sizes().maxCoeff(&axis);
-    const auto place_m = [&](std::size_t i) { return MiddleOf(map_.lines[i])[axis]; };
+    const auto place_m = [&](std::size_t i) { return ComputeMiddle(map_.lines[i])[axis]; };
     std::vector<double> places_m;
     for (const std::size_t i : lines) places_m.push_back(place_m(i));
     const auto middle = places_m.begin() + std::ssize(places_m) / 2;

@@ -1,8 +1,9 @@
 // Writes the page of the room of room_map.h, or of a large one, for the tests in a browser.
 //
-//   write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images]
+//   write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images | --tiles]
 //
-// With --images every other keyframe has a picture, white at the top right, black elsewhere.
+// With --images every other keyframe has a picture, white at the top right, black elsewhere. With
+// --tiles the output is a folder for a tileset with its page.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -11,6 +12,7 @@
 
 #include "data/io/file.h"
 #include "export/web/page_writer.h"
+#include "export/web/tiles_writer.h"
 #include "tests/export/web/room_map.h"
 
 namespace {
@@ -31,17 +33,24 @@ std::vector<slcmap::PageImage> Images(const slcmap::MapResult& map) {
 
 int main(int argc, char** argv) {
   using namespace slcmap;
-  const bool with_images = argc == 4 && argv[3] == std::string("--images");
-  if (argc != 3 && argc != 6 && !with_images) {
-    std::fprintf(stderr,
-                 "write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images]\n");
+  const std::string what = argc == 4 ? argv[3] : "";
+  if (argc != 3 && argc != 6 && what != "--images" && what != "--tiles") {
+    std::fprintf(
+        stderr,
+        "write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images | --tiles]\n");
     return 2;
   }
   slcmap::testing::RoomMapSize size;
   if (argc == 6) size = {std::atoi(argv[3]), std::atoi(argv[4]), std::atoi(argv[5])};
+  // Of more than a tile.
+  if (what == "--tiles") size.dense_points = 100000;
   try {
     const MapResult map = slcmap::testing::MakeRoomMap(size);
-    const auto images = with_images ? Images(map) : std::vector<PageImage>();
+    if (what == "--tiles") {
+      TilesWriter({ReadFile(argv[1])}).Write(argv[2], map, {});
+      return 0;
+    }
+    const auto images = what == "--images" ? Images(map) : std::vector<PageImage>();
     WriteFile(argv[2], MakePage(map, ReadFile(argv[1]), {.title = "A made room"}, images));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
