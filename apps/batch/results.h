@@ -1,6 +1,7 @@
 // What the jobs of a site left: a result.json in the folder of each, written last and all at once.
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -27,6 +28,16 @@ struct MapsApart {
   std::string first, second, reason;
 };
 
+// What later walks found otherwise than earlier ones.
+struct BuildingChange {
+  std::string what;       // "wall", "thing"
+  bool is_new = false;    // else it is gone
+  std::string after, by;  // dates between which it changed
+  std::string recording;  // in the world of whose map it lies
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero(), size_m = Eigen::Vector3d::Zero();
+  double area_m2 = 0;
+};
+
 struct JobResult {
   std::string key;  // says what it was made of
   JobState state = JobState::kFailed;
@@ -35,6 +46,7 @@ struct JobResult {
   double length_m = 0;         // of a recording's path
   std::vector<JobMap> maps;    // the first has the world of the job's first recording
   std::vector<MapsApart> apart;
+  std::vector<BuildingChange> changes;
 };
 
 // `folder` is that of the job. None where no job has ended there, or the file is damaged, as by a

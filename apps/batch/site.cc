@@ -8,6 +8,7 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <set>
 #include <tuple>
@@ -182,6 +183,41 @@ void CheckRecording(const SiteRecording& recording, Faults* faults) {
   }
 }
 
+// What was recorded, by the sizes and beginnings of its files; "" where it is not said so.
+std::string ContentsOf(const std::string& path) {
+  constexpr std::size_t kBeginning = 65536;
+  std::string contents;
+  std::error_code error;
+  const std::string folder = LocateRecording(path);
+  std::vector<std::string> files = {folder + "/imu0/data.csv", folder + "/cam0/data.csv"};
+  if (IsBagRecording(path)) files = {folder};
+  for (const std::string& file : files) {
+    if (!fs::is_regular_file(file, error) || fs::is_empty(file, error)) return "";
+    std::string beginning(kBeginning, '\0');
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(beginning.data(), static_cast<std::streamsize>(kBeginning));
+    contents += fmt::format("{} {}\n", fs::file_size(file, error), beginning);
+  }
+  return contents;
+}
+
+// One walk under two names would be merged with itself.
+void RefuseCopies(const Site& site, Faults* faults) {
+  std::map<std::string, std::string> by_contents;
+  for (const SiteRecording& recording : site.recordings) {
+    std::string contents;
+    try {
+      contents = ContentsOf(recording.path);
+    } catch (const Error&) {
+      continue;  // which CheckRecording tells
+    }
+    const auto [known, is_new] = by_contents.emplace(std::move(contents), recording.name);
+    if (is_new || known->first.empty()) continue;
+    faults->Add(fmt::format("recordings: found {} to be a copy of {}, expected each walk once",
+                            recording.name, known->second));
+  }
+}
+
 void RefuseTwins(const Site& site, Faults* faults) {
   std::map<std::string, std::string> by_name, by_path;
   for (const SiteRecording& recording : site.recordings) {
@@ -252,6 +288,7 @@ Site ReadSite(const std::string& path) {
   if (index == 0) faults.Add("recordings: found none, expected a list of some");
   site.config = FullPath(folder, site.config);
   RefuseTwins(site, &faults);
+  RefuseCopies(site, &faults);
   CheckPlans(site, &faults);
   for (const SiteRecording& recording : site.recordings) CheckRecording(recording, &faults);
   faults.Refuse();

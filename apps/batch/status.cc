@@ -71,6 +71,30 @@ std::string Remark(const JobStatus& job) {
   return text;
 }
 
+template <std::size_t N>
+std::string HtmlRow(const std::string& kind, const std::array<std::string, N>& cells) {
+  std::string html = fmt::format("<tr class=\"{}\">", kind);
+  for (const std::string& cell : cells) html += "<td>" + EscapeMarkup(cell) + "</td>";
+  return html + "</tr>\n";
+}
+
+std::string ChangesTable(const SiteStatus& status) {
+  std::string rows;
+  for (const JobStatus& job : status.others) {
+    for (const BuildingChange& change : job.result.changes) {
+      const Eigen::Vector3d &p = change.middle_m, &size = change.size_m;
+      rows += HtmlRow<7>("", {change.what, change.is_new ? "new" : "gone", change.after, change.by,
+                              fmt::format("{:.2f}, {:.2f}, {:.2f}", p.x(), p.y(), p.z()),
+                              fmt::format("{:.2f} x {:.2f} x {:.2f}", size.x(), size.y(), size.z()),
+                              change.recording});
+    }
+  }
+  if (rows.empty()) return "";
+  return "<h2>Changes</h2>\n<table><tr><th>what<th><th>after<th>by<th>middle [m]<th>size [m]"
+         "<th>in the world of</tr>\n" +
+         rows + "</table>\n";
+}
+
 std::string Length(const RecordingStatus& recording) {
   return recording.result.length_m > 0 ? fmt::format("{:.1f}", recording.result.length_m) : "";
 }
@@ -103,13 +127,6 @@ Json JobStatusJson(const JobStatus& job) {
   json.update(ResultJson(job.result));
   json["state"] = job.state;
   return json;
-}
-
-template <std::size_t N>
-std::string HtmlRow(const std::string& kind, const std::array<std::string, N>& cells) {
-  std::string html = fmt::format("<tr class=\"{}\">", kind);
-  for (const std::string& cell : cells) html += "<td>" + EscapeMarkup(cell) + "</td>";
-  return html + "</tr>\n";
 }
 
 }  // namespace
@@ -199,7 +216,7 @@ std::string StatusPage(const SiteStatus& status) {
   for (const JobStatus& job : status.others) {
     html += HtmlRow<4>(job.state, {job.name, job.state, PathsOfMaps(job), Remark(job)});
   }
-  return html + "</table></html>\n";
+  return html + "</table>\n" + ChangesTable(status) + "</html>\n";
 }
 
 }  // namespace slcmap::batch

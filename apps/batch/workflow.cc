@@ -26,19 +26,20 @@ std::string JobName(const char* kind, const std::string& name) {
 // The job whose result holds all of those, which it adds with those before it. Letters that names
 // do not have tell its own name from others.
 std::string AddMerges(const std::string& node, std::vector<std::string> inputs,
-                      std::vector<Job>* jobs) {
+                      const std::string& places, std::vector<Job>* jobs) {
   for (int level = 1; inputs.size() > kMostMerged; ++level) {
     std::vector<std::string> merged;
     for (std::size_t from = 0; from < inputs.size(); from += kMostMerged) {
       const auto begin = inputs.begin() + static_cast<std::ptrdiff_t>(from);
       const auto end =
           begin + static_cast<std::ptrdiff_t>(std::min(kMostMerged, inputs.size() - from));
-      merged.push_back(
-          AddMerges(fmt::format("{}~{}.{}", node, level, merged.size() + 1), {begin, end}, jobs));
+      merged.push_back(AddMerges(fmt::format("{}~{}.{}", node, level, merged.size() + 1),
+                                 {begin, end}, places, jobs));
     }
     inputs = std::move(merged);
   }
   if (inputs.size() == 1) return inputs.front();
+  inputs.push_back(places);
   jobs->push_back({JobName(kMergeJobs, node), std::move(inputs), "", {}});
   return jobs->back().name;
 }
@@ -85,13 +86,20 @@ void AddExport(const Site& site, const std::string& node, const std::string& aft
 
 void AddBuilding(const Site& site, const std::string& building, std::vector<Job>* jobs) {
   const std::vector<StoreyJobs> storeys = ListStoreys(site, building);
+  Job places{JobName(kPlaceJobs, building), {}, "", {}};
+  for (const SiteRecording& recording : site.recordings) {
+    if (recording.building == building) {
+      places.after.push_back(JobName(kRecordingJobs, recording.name));
+    }
+  }
+  if (places.after.size() > 1) jobs->push_back(places);
   std::vector<std::string> merged;
   for (const StoreyJobs& storey : storeys) {
     if (storey.storey.empty() && storeys.size() > 1) {
       merged.insert(merged.end(), storey.jobs.begin(), storey.jobs.end());
       continue;
     }
-    merged.push_back(AddMerges(NodeName(building, storey.storey), storey.jobs, jobs));
+    merged.push_back(AddMerges(NodeName(building, storey.storey), storey.jobs, places.name, jobs));
     const auto plan = FindPlan(site, building, storey.storey);
     if (plan && storeys.size() > 1) {
       AddExport(site, NodeName(building, storey.storey), merged.back(), plan, jobs);
@@ -99,7 +107,7 @@ void AddBuilding(const Site& site, const std::string& building, std::vector<Job>
   }
   auto plan = FindPlan(site, building, "");
   if (!plan && storeys.size() == 1) plan = FindPlan(site, building, storeys.front().storey);
-  const std::string all = AddMerges(building, merged, jobs);
+  const std::string all = AddMerges(building, merged, places.name, jobs);
   AddExport(site, building, all, plan, jobs);
 }
 
@@ -217,16 +225,19 @@ std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, c
   std::string text = std::string(kVersion) + "\n";
   if (!workflow.site.config.empty()) text += BytesOfFile(folder + "/" + workflow.site.config);
   for (const std::string& before : job.after) {
+    if (before.starts_with(kPlaceJobs)) {
+      text += BytesOfFile(folder + "/" + before + "/" + kPlacementFile);
+    }
     const auto result = ReadJobResult(folder + "/" + before);
     if (!result || result->state != JobState::kDone) continue;
     for (const JobMap& map : result->maps) {
       text += fmt::format("{} {}\n", map.path, MapIdIn(folder + "/" + map.path));
-      // Which maps may be joined hangs on what the site says of their storeys.
+      // Which maps may be joined hangs on what the site says of them.
       for (const std::string& name : map.recordings) {
-        text += name + " " + workflow.FindRecording(name).storey + "\n";
+        const SiteRecording& recording = workflow.FindRecording(name);
+        text += name + " " + recording.storey + " " + recording.date + "\n";
       }
     }
-    for (const MapsApart& pair : result->apart) text += pair.first + " " + pair.second + "\n";
   }
   if (job.name.starts_with(kExportJobs))
     text += fmt::format("{}\n", fmt::join(workflow.site.exports, " "));

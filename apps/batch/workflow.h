@@ -12,6 +12,7 @@ namespace slcmap::inline batch {
 
 // A job is named by its folder in the site's.
 inline constexpr const char* kRecordingJobs = "recordings";
+inline constexpr const char* kPlaceJobs = "places";
 inline constexpr const char* kMergeJobs = "merges";
 inline constexpr const char* kExportJobs = "exports";
 
@@ -35,8 +36,9 @@ struct Workflow {
 bool IsRecordingJob(const Job& job);
 std::string RecordingName(const Job& job);
 
-// A job a recording; a tree of merges a storey, and one of the storeys' a building, so that merges
-// go side by side and a new recording redoes few; an export a building, and a storey with a plan.
+// A job a recording; one a building that says where its maps lie; a tree of merges a storey, and
+// one of the storeys' a building, so that merges go side by side and a new recording redoes few; an
+// export a building, and a storey with a plan.
 std::vector<Job> PlanJobs(const Site& site);
 
 // Files of a site's folder, all of them in its folder `workflow`.
@@ -52,6 +54,9 @@ Workflow ReadWorkflow(const std::string& folder);
 
 // What a job is made of, by what is there now. `folder` is the site's.
 std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, const Job& job);
+
+// What a place job leaves in its folder: where maps lie (see apps/commands/place_stage.h).
+inline constexpr const char* kPlacementFile = "placement.json";
 
 // Whether a job's result is what it would make again.
 bool IsCurrent(const std::string& folder, const Workflow& workflow, const Job& job);

@@ -241,7 +241,7 @@ void RunSite(const BatchArguments& arguments) {
   const Site site = ReadSite(arguments.site);
   CheckSiteOptions(site);
   CheckSiteFolder(arguments.output, arguments.site, site);
-  for (const char* kind : {kRecordingJobs, kMergeJobs, kExportJobs}) {
+  for (const char* kind : {kRecordingJobs, kPlaceJobs, kMergeJobs, kExportJobs}) {
     MakeFolder(MarkPath(arguments.output, kind));
     MakeFolder(fmt::format("{}/workflow/log/{}", arguments.output, kind));
   }

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <thread>
 
 #include "apps/batch/results.h"
@@ -15,22 +13,19 @@
 #include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/place_stage.h"
+#include "apps/commands/progress.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 #include "data/io/trajectory.h"
-#include "data/source/asl_files.h"
-#include "mapping/map/map_folder.h"
 #include "odometry/run/run_folder.h"
 
 namespace slcmap::inline commands {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Trajectories of one storey are nearer to each other in height than this, of two farther apart.
-constexpr double kHalfStorey_m = 1.5;
 
 struct SiteJob {
   const std::string folder;  // of the site
@@ -161,147 +156,123 @@ JobResult MapRecording(const SiteJob& job) {
   return result;
 }
 
-// All that jobs before this one made; `apart` are pairs that need not be tried again.
-JobResult GatherMaps(const SiteJob& job) {
-  JobResult gathered;
+// All that jobs before this one made.
+std::vector<JobMap> GatherMaps(const SiteJob& job) {
+  std::vector<JobMap> maps;
   for (const std::string& name : job.job.after) {
     const auto result = ReadJobResult(job.InSite(name));
     if (!result || result->state != JobState::kDone) continue;
-    gathered.maps.insert(gathered.maps.end(), result->maps.begin(), result->maps.end());
-    gathered.apart.insert(gathered.apart.end(), result->apart.begin(), result->apart.end());
+    maps.insert(maps.end(), result->maps.begin(), result->maps.end());
   }
-  return gathered;
+  return maps;
 }
 
-// Of the recordings of a map of which the site names the storey, in the map's world.
-std::map<std::string, double> MeasureHeights(const SiteJob& job, const JobMap& map) {
-  std::map<std::string, std::string> recordings;  // by their runs
-  for (const std::string& name : map.recordings) {
-    if (job.workflow.FindRecording(name).storey.empty()) continue;
-    const std::string own = fmt::format("{}/{}/map", kRecordingJobs, name);
-    recordings[MapSourceIn(job.InSite(own)).run_id] = name;
+std::vector<MapFolder> FoldersToPlace(const SiteJob& job, const std::vector<JobMap>& maps) {
+  std::vector<MapFolder> folders;
+  for (const JobMap& map : maps) {
+    const SiteRecording& recording = job.workflow.FindRecording(map.recordings.front());
+    folders.push_back({job.InSite(map.path), recording.name, recording.storey, recording.date});
   }
-  const std::string folder = job.InSite(map.path);
-  const Trajectory poses = ReadTrajectory(folder + "/trajectory.tum");
-  std::map<std::string, double> heights_m;
-  for (const MergedRun& run : MapSourceIn(folder).merged) {
-    const auto recording = recordings.find(run.run_id);
-    if (recording == recordings.end() || !run.poses_ns) continue;
-    std::vector<double> its_heights_m;
-    for (const StampedPose& pose : poses) {
-      if (pose.stamp_ns < run.poses_ns->from_ns || pose.stamp_ns > run.poses_ns->to_ns) continue;
-      its_heights_m.push_back(pose.T_world_imu.translation.z());
-    }
-    if (!its_heights_m.empty()) heights_m[recording->second] = Median(std::move(its_heights_m));
-  }
-  return heights_m;
+  return folders;
 }
 
-// Why recordings cannot lie so: look-alike storeys fit onto each other. "" where they can.
-std::string FindWrongHeights(const SiteJob& job, const JobMap& map) {
-  const std::map<std::string, double> heights_m = MeasureHeights(job, map);
-  for (auto a = heights_m.begin(); a != heights_m.end(); ++a) {
-    for (auto b = std::next(a); b != heights_m.end(); ++b) {
-      const std::string &storey_a = job.workflow.FindRecording(a->first).storey,
-                        &storey_b = job.workflow.FindRecording(b->first).storey;
-      const double apart_m = std::abs(a->second - b->second);
-      if ((storey_a == storey_b) == (apart_m < kHalfStorey_m)) continue;
-      return fmt::format(
-          "found {} of storey {} and {} of storey {} {:.2f} m apart in height, expected {} than "
-          "{} m",
-          a->first, storey_a, b->first, storey_b, apart_m, storey_a == storey_b ? "less" : "more",
-          kHalfStorey_m);
-    }
-  }
-  return "";
+BuildingChange ChangeOfSite(const DatedChange& dated, const std::vector<MapFolder>& folders) {
+  const MapChange& change = dated.change;
+  return {change.is_wall ? "wall" : "thing",
+          change.is_new,
+          dated.after,
+          dated.by,
+          folders[dated.group].name,
+          0.5 * (change.least_world + change.most_world),
+          change.most_world - change.least_world,
+          change.area_m2};
 }
 
-// Merges maps two by two until none fits to another any more.
-class SiteMerge {
- public:
-  explicit SiteMerge(const SiteJob& job) : job_(job), result_(GatherMaps(job)) {
-    for (const MapsApart& pair : result_.apart) tried_.insert({pair.first, pair.second});
+// Where the maps of a building's recordings lie to each other, and what changed between them.
+JobResult PlaceRecordings(const SiteJob& job) {
+  const std::vector<JobMap> maps = GatherMaps(job);
+  const std::vector<MapFolder> folders = FoldersToPlace(job, maps);
+  if (folders.empty()) return FailedResult({"found no map to place", "see the recordings", 0});
+  const PlacedFolders placed =
+      PlaceFolders(folders, false, job.Own("pairs.json"), StageProgress("places"));
+  WritePlacement(job.Own(kPlacementFile), folders, placed);
+  JobResult result;
+  result.state = JobState::kDone;
+  for (const PairApart& pair : placed.placement.apart) {
+    result.apart.push_back({maps[pair.first].path, maps[pair.second].path, pair.reason});
   }
-
-  JobResult Run() {
-    while (MergeTwo()) {
-    }
-    KeepPairsOfMaps();
-    RemoveOtherMaps();
-    result_.state = JobState::kDone;
-    if (result_.maps.empty()) {
-      return FailedResult({"found no map of those to merge", "see the recordings", 0});
-    }
-    return failure_ ? FailedResult(*failure_) : result_;
+  for (const DatedChange& change : placed.changes) {
+    result.changes.push_back(ChangeOfSite(change, folders));
   }
+  WriteJsonFile(job.Own("changes.json"), ResultJson(result).value("changes", Json::array()));
+  return result;
+}
 
- private:
-  bool MergeTwo() {
-    for (std::size_t a = 0; a < result_.maps.size(); ++a) {
-      for (std::size_t b = a + 1; b < result_.maps.size(); ++b) {
-        if (failure_) return false;
-        if (Merge(a, b)) return true;
+// Steps on the way, and what an earlier job left.
+void RemoveOtherMaps(const SiteJob& job, const std::vector<JobMap>& kept) {
+  std::error_code error;
+  for (int i = 1;; ++i) {
+    const std::string path = fmt::format("{}/map-{}", job.job.name, i);
+    if (std::ranges::find(kept, path, &JobMap::path) != kept.end()) continue;
+    if (!fs::exists(job.InSite(path), error)) return;
+    fs::remove_all(job.InSite(path), error);
+  }
+}
+
+// Maps by the group that they lie in, in their order.
+std::vector<std::vector<JobMap>> GroupMaps(const SiteJob& job, const std::vector<JobMap>& maps,
+                                           const std::string& placement) {
+  std::vector<std::vector<JobMap>> groups;
+  std::map<std::size_t, std::size_t> by_number;
+  for (const JobMap& map : maps) {
+    const std::size_t number = FindPlace(placement, job.InSite(map.path)).group;
+    const auto [group, is_new] = by_number.emplace(number, groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(map);
+  }
+  return groups;
+}
+
+// The maps that lie together become one.
+JobResult MergeMapsOfSite(const SiteJob& job) {
+  const std::vector<JobMap> maps = GatherMaps(job);
+  if (maps.empty())
+    return FailedResult({"found no map of those to merge", "see the recordings", 0});
+  JobResult result;
+  result.state = JobState::kDone;
+  if (maps.size() == 1) {
+    result.maps = maps;
+    RemoveOtherMaps(job, maps);
+    return result;
+  }
+  const std::string& places = job.job.after.back();
+  const auto placed = ReadJobResult(job.InSite(places));
+  if (!placed || placed->state != JobState::kDone) {
+    return FailedResult({placed ? places + ": " + placed->reason : "found no " + places,
+                         placed ? placed->remedy : "run the site again", 0});
+  }
+  const std::string placement = job.InSite(places + "/" + kPlacementFile);
+  for (const std::vector<JobMap>& group : GroupMaps(job, maps, placement)) {
+    JobMap merged = group.front();
+    if (group.size() > 1) {
+      merged = {fmt::format("{}/map-{}", job.job.name, result.maps.size() + 1), {}};
+      std::vector<std::string> command = {"merge", "--placed", placement, "-o",
+                                          job.InSite(merged.path)};
+      for (const JobMap& map : group) {
+        command.push_back(job.InSite(map.path));
+        merged.recordings.insert(merged.recordings.end(), map.recordings.begin(),
+                                 map.recordings.end());
+      }
+      const std::string step = fmt::format("merge-{}", result.maps.size() + 1);
+      if (const auto failure = RunStep(job, step, WithConfig(job, command))) {
+        return FailedResult(*failure);
       }
     }
-    return false;
+    result.maps.push_back(merged);
   }
-
-  // False where they stay apart, now or as tried before.
-  bool Merge(std::size_t a, std::size_t b) {
-    const JobMap first = result_.maps[a], second = result_.maps[b];
-    if (!tried_.insert({first.path, second.path}).second) return false;
-    JobMap merged{fmt::format("{}/map-{}", job_.job.name, made_ + 1), first.recordings};
-    merged.recordings.insert(merged.recordings.end(), second.recordings.begin(),
-                             second.recordings.end());
-    const std::string from = job_.InSite(second.path), to = job_.InSite(merged.path);
-    const auto failure =
-        RunStep(job_, fmt::format("merge-{}", tried_.size()),
-                WithConfig(job_, {"merge", job_.InSite(first.path), from, "-o", to}));
-    // What does not fit is told of the second map; anything else is no word on the two.
-    if (failure &&
-        !(failure->exit_code == kExitFailure && failure->reason.starts_with(from + ": "))) {
-      failure_ = failure;
-      return false;
-    }
-    const std::string apart =
-        failure ? failure->reason.substr(from.size() + 2) : FindWrongHeights(job_, merged);
-    if (!apart.empty()) {
-      result_.apart.push_back({first.path, second.path, apart});
-      return false;
-    }
-    ++made_;
-    result_.maps[a] = merged;
-    result_.maps.erase(result_.maps.begin() + static_cast<std::ptrdiff_t>(b));
-    return true;
-  }
-
-  // What lies in one map in the end is not apart.
-  void KeepPairsOfMaps() {
-    std::set<std::string> paths;
-    for (const JobMap& map : result_.maps) paths.insert(map.path);
-    std::erase_if(result_.apart, [&](const MapsApart& pair) {
-      return !paths.contains(pair.first) || !paths.contains(pair.second);
-    });
-  }
-
-  // Steps on the way, and what an earlier job left.
-  void RemoveOtherMaps() const {
-    std::set<std::string> kept;
-    for (const JobMap& map : result_.maps) kept.insert(map.path);
-    std::error_code error;
-    for (int i = 1;; ++i) {
-      const std::string path = fmt::format("{}/map-{}", job_.job.name, i);
-      if (i > made_ && !fs::exists(job_.InSite(path), error)) return;
-      if (!kept.contains(path)) fs::remove_all(job_.InSite(path), error);
-    }
-  }
-
-  const SiteJob& job_;
-  JobResult result_;
-  std::set<std::pair<std::string, std::string>> tried_;
-  std::optional<StepFailure> failure_;
-  int made_ = 0;
-};
+  RemoveOtherMaps(job, result.maps);
+  return result;
+}
 
 // A map with the plan that it is laid on; where it has no place there, the map as it is, and why.
 std::string LayOnPlan(const SiteJob& job, const std::string& map, int number, JobResult* result) {
@@ -349,7 +320,7 @@ bool RemoveExport(const SiteJob& job, int number) {
 
 JobResult ExportMaps(const SiteJob& job) {
   JobResult result;
-  const std::vector<JobMap> maps = GatherMaps(job).maps;
+  const std::vector<JobMap> maps = GatherMaps(job);
   if (maps.empty()) return FailedResult({"found no map to export", "see the recordings", 0});
   int number = 0;
   for (const JobMap& map : maps) {
@@ -367,7 +338,8 @@ JobResult ExportMaps(const SiteJob& job) {
 
 JobResult DoJob(const SiteJob& job) {
   if (IsRecordingJob(job.job)) return MapRecording(job);
-  return job.job.name.starts_with(kMergeJobs) ? SiteMerge(job).Run() : ExportMaps(job);
+  if (job.job.name.starts_with(kPlaceJobs)) return PlaceRecordings(job);
+  return job.job.name.starts_with(kMergeJobs) ? MergeMapsOfSite(job) : ExportMaps(job);
 }
 
 void WaitForTurn(const std::string& name, FolderTurn* turn) {

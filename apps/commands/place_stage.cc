@@ -28,21 +28,25 @@ constexpr double kSameChange = 0.5;      // of boxes, which several pairs tell o
 
 std::string RunOfMap(const std::string& folder) { return MapSourceIn(folder).run_id; }
 
-void RefuseRunsTwice(const std::vector<MapFolder>& folders) {
+// Why a map cannot be placed beside those before it: one of its runs is in them already. "" where
+// it can, by folder.
+std::vector<std::string> FindRunsTwice(const std::vector<MapFolder>& folders) {
   std::map<std::string, std::string> by_run;
+  std::vector<std::string> reasons;
   for (const MapFolder& folder : folders) {
     MapResult map;
     map.source = MapSourceIn(folder.path);
+    std::string& reason = reasons.emplace_back();
     for (const std::string& run : CollectRuns(map)) {
-      if (run.empty()) continue;
       const auto [found, is_new] = by_run.emplace(run, folder.name);
-      if (is_new) continue;
-      throw DataError(
-          fmt::format("{}: found run {} in both maps, here and in {}, expected maps of "
-                      "different runs; remedy: leave one of them out",
-                      folder.name, run, found->second));
+      if (run.empty() || is_new) continue;
+      reason = fmt::format(
+          "{}: found run {} in both maps, here and in {}, expected maps of "
+          "different runs",
+          folder.name, run, found->second);
     }
   }
+  return reasons;
 }
 
 // Those that were asked for last.
@@ -230,7 +234,7 @@ std::vector<DatedChange> CollectChanges(const std::vector<MapFolder>& folders,
 
 PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
                            const std::string& kept, const Progress& progress) {
-  RefuseRunsTwice(folders);
+  const std::vector<std::string> twice = FindRunsTwice(folders);
   std::vector<MapToPlace> maps;
   std::vector<std::string> ids;
   for (const MapFolder& folder : folders) {
@@ -240,10 +244,17 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
   HeldMaps held(folders, accept_changed);
   KeptPairs pairs(kept);
   const auto align = [&](std::size_t first, std::size_t second) {
+    AlignedPair pair;
+    for (const std::size_t map : {first, second}) pair.reason += twice[map];
     const std::string key = ids[first] + " " + ids[second];
+    if (!pair.reason.empty()) return pair;
     if (const auto known = pairs.Find(key)) return *known;
-    const ComparableMap& ours = held.Get(first);
-    AlignedPair pair = AlignTwo(ours.Get(), held.Get(second).Get());
+    try {
+      const ComparableMap& ours = held.Get(first);
+      pair = AlignTwo(ours.Get(), held.Get(second).Get());
+    } catch (const DataError& error) {  // of a map that cannot be merged at all
+      pair.reason = error.what();
+    }
     pairs.Keep(key, pair);
     return pair;
   };

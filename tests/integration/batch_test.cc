@@ -79,16 +79,18 @@ TEST_F(BatchJob, MapsThatFitAreMergedAndOthersStayApart) {
             testing::ScannedMap(
                 testing::RoomWithBoxes("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]"),
                 {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
-  const ProcessResult merged = Do("merges/A");
+  const ProcessResult placed = Do("places/A"), merged = Do("merges/A");
   EXPECT_EQ(merged.exit_code, 0) << merged.error;
   const JobResult result = Result("merges/A");
-  ASSERT_EQ(result.maps.size(), 2u) << merged.error;
+  ASSERT_EQ(result.maps.size(), 2u) << placed.error << merged.error << result.reason;
   EXPECT_THAT(result.maps[0].recordings, ElementsAre("a", "b"));
   EXPECT_EQ(ReadMapFolder(site_.Path(result.maps[0].path)).source.merged.size(), 2u);
   EXPECT_EQ(result.maps[1].path, "recordings/other/map");
-  ASSERT_EQ(result.apart.size(), 1u);
-  EXPECT_EQ(result.apart[0].first, "merges/A/map-1");
-  EXPECT_THAT(result.apart[0].reason, HasSubstr("expected"));
+  const std::vector<MapsApart> apart = Result("places/A").apart;
+  ASSERT_EQ(apart.size(), 2u);
+  EXPECT_EQ(apart[0].second, "recordings/other/map");
+  EXPECT_THAT(apart[0].reason, HasSubstr("expected"));
+  EXPECT_THAT(Do("places/A").error, HasSubstr("places/A: kept from before"));
   EXPECT_THAT(Do("merges/A").error, HasSubstr("merges/A: kept from before"));
 }
 
@@ -96,9 +98,10 @@ TEST_F(BatchJob, MapsThatFitAreMergedAndOthersStayApart) {
 TEST_F(BatchJob, LookAlikeStoreysAreNotLaidOnEachOther) {
   AddMapped("a", "ground", a_);
   AddMapped("b", "first", b_);
+  EXPECT_EQ(Do("places/A").exit_code, 0);
   EXPECT_EQ(Do("merges/A").exit_code, 0);
-  const JobResult result = Result("merges/A");
-  EXPECT_EQ(result.maps.size(), 2u);
+  EXPECT_EQ(Result("merges/A").maps.size(), 2u) << Result("merges/A").reason;
+  const JobResult result = Result("places/A");
   ASSERT_EQ(result.apart.size(), 1u);
   EXPECT_THAT(result.apart[0].reason,
               AllOf(HasSubstr("a of storey ground and b of storey first 0.0"),
@@ -109,6 +112,8 @@ TEST_F(BatchJob, LookAlikeStoreysAreNotLaidOnEachOther) {
 TEST_F(BatchJob, AMergeTakesWhatIsThereAndNeedsSome) {
   AddMapped("a", "", a_);
   AddMapped("b", "", b_);
+  EXPECT_EQ(Do("merges/A").exit_code, 0);
+  EXPECT_THAT(Result("merges/A").reason, HasSubstr("found no places/A"));
   JobResult failed;
   failed.reason = "imu-dead";
   WriteJobResult(site_.Path("recordings/b"), failed);
@@ -152,7 +157,7 @@ class BatchCommand : public ::testing::Test {
   BatchCommand() {
     for (const char* name : {"a", "b"}) {
       const TempFolder made;
-      testing::WriteSequence(made, {});
+      testing::WriteSequence(made, {.images = *name == 'a' ? 5 : 6});
       fs::create_directories(walks_.Path());
       fs::copy(made.Path(), walks_.Path(name), fs::copy_options::recursive);
     }
@@ -218,11 +223,11 @@ TEST_F(BatchCommand, FailuresDoNotStopOthersAndAreTriedAgain) {
 
   BeginMap("a");  // with another result now, which is merged
   const ProcessResult second = RunSlcmap("batch " + walks_.Path("site.yaml") + " -o " + site_);
-  EXPECT_THAT(second.error, HasSubstr("2 recordings, 3 of 4 jobs are to be done"));
+  EXPECT_THAT(second.error, HasSubstr("2 recordings, 4 of 5 jobs are to be done"));
   EXPECT_EQ(second.exit_code, 0) << second.error;
   EXPECT_EQ(fs::last_write_time(site_ + "/recordings/b/map/map.json"), made);
   EXPECT_THAT(RunSlcmap("batch " + walks_.Path("site.yaml") + " -o " + site_).error,
-              HasSubstr("0 of 4 jobs are to be done"));
+              HasSubstr("0 of 5 jobs are to be done"));
   EXPECT_EQ(RunSlcmap("batch " + site_ + " --status").exit_code, 0);
 
   walks_.Write("b/mav0/cam0/sensor.yaml", testing::SensorYaml(0.01));

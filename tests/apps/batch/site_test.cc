@@ -51,6 +51,17 @@ TEST_F(SiteFile, RecordingsAreInTheOrderOfTheirDays) {
   EXPECT_EQ(site.recordings[0].name, "b");
 }
 
+TEST_F(SiteFile, OneWalkUnderTwoNamesIsNamed) {
+  for (const char* name : {"walks/a", "walks/b"}) {
+    folder_.Write(std::string(name) + "/mav0/cam0/data.csv", "#timestamp [ns],filename\n1,1.png\n");
+    folder_.Write(std::string(name) + "/mav0/imu0/data.csv", testing::ImuRow(1) + "\n");
+  }
+  const std::string text = "recordings: [{path: walks/*}]\n";
+  EXPECT_THAT(MessageOf<ConfigError>([&] { Read(text); }), HasSubstr("found b to be a copy of a"));
+  folder_.Write("walks/b/mav0/imu0/data.csv", testing::ImuRow(2) + "\n");
+  EXPECT_EQ(Read(text).recordings.size(), 2u);
+}
+
 TEST_F(SiteFile, WhatIsWrongIsNamed) {
   const std::pair<const char*, const char*> kWrong[] = {
       {"method: slc\n", "recordings: found none"},

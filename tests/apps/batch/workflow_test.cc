@@ -23,6 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::ReadText;
+using ::testing::SizeIs;
 using testing::TempFolder;
 
 SiteRecording Recording(const std::string& name, const std::string& storey) {
@@ -44,11 +45,12 @@ const std::vector<std::string>& After(const std::vector<Job>& jobs, const std::s
 TEST(SiteJobs, ManyMapsAreMergedAsATreeThatGrowsAtItsEnd) {
   EXPECT_EQ(PlanJobs(SiteOf(1)).size(), 1u);  // nothing to merge
   const std::vector<Job> jobs = PlanJobs(SiteOf(6)), more = PlanJobs(SiteOf(7));
-  EXPECT_THAT(After(jobs, "merges/A~1.1"),
-              ElementsAre("recordings/a", "recordings/b", "recordings/c", "recordings/d"));
-  EXPECT_THAT(After(jobs, "merges/A"), ElementsAre("merges/A~1.1", "merges/A~1.2"));
+  EXPECT_THAT(After(jobs, "merges/A~1.1"), ElementsAre("recordings/a", "recordings/b",
+                                                       "recordings/c", "recordings/d", "places/A"));
+  EXPECT_THAT(After(jobs, "merges/A"), ElementsAre("merges/A~1.1", "merges/A~1.2", "places/A"));
+  EXPECT_THAT(After(jobs, "places/A"), SizeIs(6));
   EXPECT_EQ(After(more, "merges/A~1.1"), After(jobs, "merges/A~1.1"));
-  EXPECT_EQ(PlanJobs(SiteOf(17)).size(), 17u + 4u + 2u + 1u - 1u);  // the 17th goes up alone
+  EXPECT_EQ(PlanJobs(SiteOf(17)).size(), 17u + 1u + 4u + 2u + 1u - 1u);  // the 17th goes up alone
 }
 
 TEST(SiteJobs, StoreysAreMergedBeforeTheBuilding) {
@@ -60,9 +62,9 @@ TEST(SiteJobs, StoreysAreMergedBeforeTheBuilding) {
   site.plans = {{"A", "1", "/plan.png", 0.01}};
   site.exports = {"ifc"};
   const std::vector<Job> jobs = PlanJobs(site);
-  EXPECT_THAT(After(jobs, "merges/A+1"), ElementsAre("recordings/c", "recordings/d"));
+  EXPECT_THAT(After(jobs, "merges/A+1"), ElementsAre("recordings/c", "recordings/d", "places/A"));
   EXPECT_THAT(After(jobs, "merges/A"),
-              ElementsAre("merges/A+0", "merges/A+1", "recordings/stairs"));
+              ElementsAre("merges/A+0", "merges/A+1", "recordings/stairs", "places/A"));
   EXPECT_THAT(After(jobs, "exports/A"), ElementsAre("merges/A"));
   EXPECT_THAT(After(jobs, "exports/A+1"), ElementsAre("merges/A+1"));
 }
@@ -152,9 +154,35 @@ TEST_F(SiteFolder, StatusTellsStatesReasonsAndMaps) {
                                          HasSubstr("found <nothing>; remedy: mend it\n")));
   const auto json = nlohmann::json::parse(StatusJson(status));
   EXPECT_EQ(json.at("recordings").at(1).at("state"), "failed");
-  EXPECT_EQ(json.at("jobs").at(0).at("job"), "merges/A");
+  EXPECT_EQ(json.at("jobs").at(1).at("job"), "merges/A");
   EXPECT_THAT(StatusPage(status),
               AllOf(HasSubstr("found &lt;nothing&gt;"), Not(HasSubstr("<script"))));
+}
+
+TEST_F(SiteFolder, MergesAreDoneAnewWhereMapsLieElsewhereNow) {
+  Finish("recordings/a", JobState::kDone, "1");
+  Finish("recordings/b", JobState::kDone, "2");
+  folder_.Write("places/A/placement.json", "{}");
+  Finish("merges/A", JobState::kDone, "3");
+  EXPECT_TRUE(IsDone("merges/A"));
+  folder_.Write("places/A/placement.json", "{ }");
+  EXPECT_FALSE(IsDone("merges/A"));
+}
+
+TEST_F(SiteFolder, ChangesComeBackAndAreInThePage) {
+  JobResult result;
+  result.state = JobState::kDone;
+  result.key = ComputeJobKey(folder_.Path(), workflow_, workflow_.Find("places/A"));
+  result.changes = {
+      {"wall", false, "2026-01-05", "2026-03-01", "a", {1, 2, 1.5}, {3, 0.1, 2.5}, 7.5}};
+  WriteJobResult(folder_.Path("places/A"), result);
+  const auto read = ReadJobResult(folder_.Path("places/A")).value();
+  ASSERT_THAT(read.changes, SizeIs(1));
+  EXPECT_EQ(read.changes[0].middle_m, result.changes[0].middle_m);
+  EXPECT_FALSE(read.changes[0].is_new);
+  EXPECT_THAT(StatusPage(ReadStatus(folder_.Path(), workflow_)),
+              AllOf(HasSubstr("<td>wall</td><td>gone</td><td>2026-01-05</td><td>2026-03-01</td>"),
+                    HasSubstr("3.00 x 0.10 x 2.50")));
 }
 
 }  // namespace

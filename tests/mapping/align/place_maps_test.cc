@@ -1,0 +1,250 @@
+#include "mapping/align/place_maps.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "data/core/math.h"
+#include "mapping/align/map_overlap.h"
+#include "mapping/map/place_index.h"
+#include "tests/testing/scanned_map.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::ScannedMap;
+using ::testing::SizeIs;
+using testing::Way;
+
+RigidTransform Turned(double yaw_deg, const Vector3d& t) {
+  return LevelTransform(yaw_deg * kDegree, t);
+}
+
+Scene Flat() {
+  return testing::SceneFromText(R"(
+objects:
+  - {kind: slab, at: [0, 0, 0], size: [9, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [9, 4], material: ceiling, faces_down: true}
+  - {kind: wall, points: [[0, 0], [9, 0], [9, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: wall, points: [[5, 0], [5, 4]], has_back: true, doors: [[0, 1.2, 1.0, 2.1, 90]]}
+  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
+  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
+  - {kind: box, at: [8.2, 0.6, 0], size: [0.6, 1.0, 1.1]}
+  - {kind: box, at: [6.4, 3.6, 0.9], size: [1.0, 0.3, 0.9]}
+)");
+}
+
+const Way kWest = {{1.5, 2, 1.5}, {4, 2.4, 1.5}, {4.3, 1.7, 1.5}};
+const Way kAll = {{7.5, 2.5, 1.5}, {6, 1.8, 1.5}, {4, 1.7, 1.5}, {2, 1.6, 1.5}};
+
+Scene OtherBuilding() {
+  return testing::RoomWithBoxes("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]");
+}
+
+// Places by indexes.
+
+TEST(MapOverlap, WhatOverlapsIsLikelyAndItsPlaceAboutKnown) {
+  const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
+  const IndexedMap all(MakePlaceIndex(ScannedMap(Flat(), kAll))),
+      west(MakePlaceIndex(ScannedMap(Flat(), kWest, T, "b"))),
+      other(MakePlaceIndex(ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c")));
+  const MapOverlap found = all.FindOverlap(west);
+  EXPECT_GT(found.log_odds, 5);
+  EXPECT_LT((found.start.p_world - T.Inverse().translation).norm(), 0.3);
+  EXPECT_LT(std::abs(std::remainder(found.start.yaw_rad - ComputeYaw(T.Inverse()), 2 * std::numbers::pi)),
+            2 * kDegree);
+  EXPECT_LT(all.FindOverlap(other).log_odds, 0);
+  EXPECT_GT(all.ShareOfWalk(west, T.Inverse()), 0.9);
+  EXPECT_EQ(all.ShareOfWalk(west, Turned(0, {0, 0, 3})), 0);
+}
+
+TEST(PlaceIndex, ComesBackFromAFolderInSomeKilobytes) {
+  const testing::TempFolder folder;
+  const PlaceIndex index = MakePlaceIndex(ScannedMap(Flat(), kAll));
+  WritePlaceIndex(folder.Path(kPlaceFile), index);
+  EXPECT_LT(std::filesystem::file_size(folder.Path(kPlaceFile)), 10'000u);
+  const PlaceIndex read = ReadPlaceIndex(folder.Path());
+  ASSERT_THAT(read.edges, SizeIs(index.edges.size()));
+  ASSERT_THAT(read.walk_world, SizeIs(index.walk_world.size()));
+  EXPECT_LT((read.edges.back().end_world - index.edges.back().end_world).norm(), 0.01);
+}
+
+// The graph of pairs, of alignments that are given.
+
+// Maps that walk along x at their true places, and what aligning them gives.
+class MapsToPlace : public ::testing::Test {
+ protected:
+  void AddMap(const RigidTransform& T_world_map, const std::string& storey = "") {
+    MapToPlace map;
+    map.name = fmt::format("m{}", maps_.size());
+    map.storey = storey;
+    for (int i = 0; i < 10; ++i) {
+      map.index.walk_world.push_back(T_world_map.Inverse() * Vector3d(i, 0, 0));
+    }
+    maps_.push_back(map);
+    truth_.push_back(T_world_map);
+  }
+
+  // That the pair fits where it truly does, but for what it is off by.
+  void Fit(std::size_t first, std::size_t second, const RigidTransform& off = {},
+           double support = 100) {
+    AlignedPair& pair = pairs_[{first, second}];
+    MapAlignment& found = pair.found.emplace();
+    found.T_first_second = truth_[first].Inverse() * off * truth_[second];
+    found.surfaces_m2 = support;
+    found.information.of_turn_and_shift = Eigen::Vector4d(1e6, 1e4, 1e4, 1e4).asDiagonal();
+  }
+
+  void Doubt(std::size_t first, std::size_t second, const std::vector<RigidTransform>& places) {
+    pairs_[{first, second}].reason = "found two places";
+    pairs_[{first, second}].places = places;
+  }
+
+  MapPlacement Place() const {
+    return PlaceMaps(maps_, [&](std::size_t first, std::size_t second) {
+      const auto pair = pairs_.find({first, second});
+      return pair == pairs_.end() ? AlignedPair{0, 0, {}, "found no place"} : pair->second;
+    });
+  }
+
+  void ExpectTogether(const MapPlacement& placement, std::size_t a, std::size_t b) const {
+    EXPECT_EQ(placement.maps[a].group, placement.maps[b].group);
+    const RigidTransform T =
+        placement.maps[a].T_group_map.Inverse() * placement.maps[b].T_group_map;
+    EXPECT_LT((T.translation - (truth_[a].Inverse() * truth_[b]).translation).norm(), 0.03);
+  }
+
+  std::vector<MapToPlace> maps_;
+  std::vector<RigidTransform> truth_;
+  std::map<std::pair<std::size_t, std::size_t>, AlignedPair> pairs_;
+};
+
+TEST_F(MapsToPlace, PairsThatAgreePlaceAllAndAWrongOneIsRefusedByName) {
+  for (int i = 0; i < 4; ++i) AddMap(Turned(30 * i, {0.5 * i, 1, 0.1 * i}));
+  Fit(0, 1, Turned(0, {0.004, 0, 0}));
+  Fit(1, 2, Turned(0, {0, 0.004, 0}));
+  Fit(0, 3);
+  Fit(1, 3);
+  Fit(0, 2, Turned(0, {2.2, 0, 0}), 90);  // a door's period off
+  const MapPlacement placement = Place();
+  for (std::size_t i = 1; i < 4; ++i) ExpectTogether(placement, 0, i);
+  ASSERT_THAT(placement.apart, SizeIs(1));
+  EXPECT_EQ(placement.apart[0].first, 0u);
+  EXPECT_EQ(placement.apart[0].second, 2u);
+  EXPECT_THAT(placement.apart[0].reason, HasSubstr("2.20 m"));
+  EXPECT_EQ(placement.used, 4u);
+  EXPECT_LT(placement.closing_m, 0.01);
+}
+
+TEST_F(MapsToPlace, WhereAsMuchSpeaksForAnotherPlaceMapsStayApart) {
+  for (int i = 0; i < 3; ++i) AddMap(Turned(0, {0.1 * i, 0, 0}));
+  Fit(0, 1);
+  Fit(0, 2);
+  Fit(1, 2, Turned(0, {0, 0, 3}), 110);
+  const MapPlacement placement = Place();
+  EXPECT_NE(placement.maps[0].group == placement.maps[2].group,
+            placement.maps[1].group == placement.maps[0].group);
+  EXPECT_THAT(placement.apart, ::testing::Not(IsEmpty()));
+}
+
+// The first walks through both storeys.
+TEST_F(MapsToPlace, LookAlikeStoreysThatAThirdMapKnowsAreNotLaidOnEachOther) {
+  AddMap({});
+  AddMap({});
+  AddMap(Turned(0, {0, 0, 3}));
+  Doubt(0, 1, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
+  Doubt(0, 2, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
+  Fit(1, 2, Turned(0, {0, 0, -3}));
+  const MapPlacement placement = Place();
+  EXPECT_NE(placement.maps[1].group, placement.maps[2].group);
+  ASSERT_THAT(placement.apart, SizeIs(3));
+  EXPECT_THAT(placement.apart[2].reason, AllOf(HasSubstr("m1"), HasSubstr("two places")));
+  maps_[1].storey = maps_[2].storey = "ground";  // if the site says so, they are
+  EXPECT_EQ(Place().maps[1].group, Place().maps[2].group);
+}
+
+// A walk that fits a map of one storey alone may as well be on the other.
+TEST_F(MapsToPlace, AMapOfOneStoreyDoesNotTellWhichItIs) {
+  AddMap({});
+  AddMap({});
+  AddMap({});
+  for (int i = 0; i < 10; ++i) maps_[0].index.walk_world.emplace_back(i, 0, 3);
+  Fit(0, 1);
+  Doubt(0, 2, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
+  Fit(1, 2);
+  const MapPlacement placement = Place();
+  EXPECT_EQ(placement.maps[0].group, placement.maps[1].group);
+  EXPECT_NE(placement.maps[1].group, placement.maps[2].group);
+}
+
+TEST_F(MapsToPlace, StoreysThatAreSaidHaveTheirHeights) {
+  AddMap({}, "ground");
+  AddMap({}, "first");
+  Fit(0, 1);
+  const MapPlacement placement = Place();
+  EXPECT_NE(placement.maps[0].group, placement.maps[1].group);
+  EXPECT_THAT(placement.apart[0].reason, HasSubstr("expected more than 1.5 m"));
+}
+
+TEST_F(MapsToPlace, EachMapIsTriedWithFew) {
+  for (int i = 0; i < 12; ++i) AddMap({});
+  std::size_t asked = 0;
+  PlaceMaps(maps_, [&](std::size_t, std::size_t) {
+    ++asked;
+    return AlignedPair{0, 0, {}, "found no place"};
+  });
+  EXPECT_LE(asked, 4u * 12u);
+}
+
+// From maps to places.
+
+MapPlacement PlaceScanned(std::vector<MapResult> scanned) {
+  std::vector<MapToPlace> maps;
+  std::vector<std::unique_ptr<ComparableMap>> compared;
+  for (MapResult& map : scanned) {
+    maps.push_back({map.source.run_id, "", MakePlaceIndex(map)});
+    compared.push_back(std::make_unique<ComparableMap>(std::move(map)));
+  }
+  return PlaceMaps(maps, [&](std::size_t first, std::size_t second) {
+    return AlignTwo(compared[first]->Get(), compared[second]->Get());
+  });
+}
+
+TEST(PlaceMaps, WalksOfOneBuildingLieTogetherAndAnotherBuildingApart) {
+  const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
+  const MapPlacement placement =
+      PlaceScanned({ScannedMap(Flat(), kWest), ScannedMap(Flat(), kAll, T, "b"),
+                    ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"),
+                    ScannedMap(Flat(), {{2, 1.5, 1.5}, {3.5, 2.5, 1.5}}, T.Inverse(), "d")});
+  EXPECT_EQ(placement.maps[1].group, 0u);
+  EXPECT_EQ(placement.maps[2].group, 2u);
+  EXPECT_EQ(placement.maps[3].group, 0u);
+  EXPECT_LT((placement.maps[1].T_group_map.translation - T.Inverse().translation).norm(), 0.01);
+  EXPECT_LT((placement.maps[3].T_group_map.translation - T.translation).norm(), 0.01);
+}
+
+// Of the simulator's scenes that look alike: the storeys, and a walk through both.
+TEST(PlaceMaps, NoneOfIdenticalStoreysIsLaidOnTheOther) {
+  const Scene scene = ReadScene(SLCMAP_SOURCE_DIR "/config/scenes/identical_storeys.yaml");
+  const Way lower = {{-5.5, -0.7, 1.5}, {-11.5, -0.5, 1.5}, {-6, 0.5, 1.5}},
+            upper = {{-5.5, -0.7, 4.9}, {-11.5, -0.5, 4.9}, {-6, 0.5, 4.9}},
+            both = {{-11, -0.7, 1.5}, {-3, -0.7, 1.5}, {0.4, -0.8, 1.5}, {3.4, -0.8, 3.2},
+                    {4.1, 0.5, 3.2},  {0.6, 0.8, 4.9}, {-4, 0.8, 4.9},   {-11, 0.5, 4.9}};
+  const MapPlacement placement = PlaceScanned(
+      {ScannedMap(scene, both), ScannedMap(scene, lower, Turned(20, {1, 0, 0}), "lower"),
+       ScannedMap(scene, upper, Turned(-40, {2, 0, -3}), "upper")});
+  EXPECT_NE(placement.maps[1].group, placement.maps[2].group);
+}
+
+}  // namespace
+}  // namespace slcmap
