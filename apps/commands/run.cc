@@ -25,7 +25,7 @@ namespace {
 struct RunArguments {
   OdometryArguments odometry;
   PlanArguments plan;
-  std::string output;
+  std::string output, names;
   ExportOptions exporting;
 };
 
@@ -100,6 +100,8 @@ void RunAll(const RunArguments& arguments) {
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
   std::vector<std::string> inputs = ListInputs(odometry);
+  if (!arguments.names.empty()) inputs.push_back(arguments.names);
+  const NamesFile names(arguments.names);  // refused before the work
   if (!arguments.plan.plan.empty()) inputs.push_back(arguments.plan.plan);
   RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
@@ -120,6 +122,7 @@ void RunAll(const RunArguments& arguments) {
   MapArguments of_run;
   of_run.input = odometry.run;
   of_run.threads = odometry.threads;
+  of_run.names = arguments.names;
   Timed("map", [&] { return RunMapStage(of_run, mapping, &plan, map_folder.get()); });
   if (Interrupted()) return;
   // What is shown is what the folder holds, whose numbers are rounded.
@@ -152,6 +155,7 @@ void AddRunCommand(CLI::App& app) {
       ->type_name("OUT")
       ->required();
   AddPlanOptions(*command, &arguments->plan);
+  AddNamesOption(*command, &arguments->names);
   AddExportOptions(*command, &arguments->exporting);
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"
