@@ -286,10 +286,10 @@ void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
       fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), DescribeContent(room.polygon));
   const std::string name = StepText(fmt::format("Room {}", room.id + 1));
   const std::string placement = file->LocalPlacement(part->placement, {});
-  const std::string space =
-      file->AddRooted("IFCSPACE", content,
-                      {name, kStepUnset, kStepUnset, placement, SpaceShape(room, *part, file),
-                       StepText(TitleOf(room)), ".ELEMENT.", ".INTERNAL.", StepReal(room.floor_m)});
+  const std::string space = file->AddRooted(
+      "IFCSPACE", content,
+      {name, kStepUnset, kStepUnset, placement, SpaceShape(room, *part, file),
+       StepText(GetTitle(room)), ".ELEMENT.", ".INTERNAL.", StepReal(room.floor_m)});
   part->spaces.push_back(space);
   std::vector<std::string> quantities = {file->Area("NetFloorArea", room.area_m2)};
   if (room.height_m) quantities.push_back(file->Length("FinishCeilingHeight", *room.height_m));

@@ -240,7 +240,7 @@ Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes&
                   TakenPlaces* taken) {
   constexpr double kSmallest = 0.6;
   constexpr double kWellHeld = 0.8;  // of what was seen, of which nothing is said
-  std::vector<std::string> lines = {TitleOf(room), AreaText(room)};
+  std::vector<std::string> lines = {GetTitle(room), AreaText(room)};
   if (room.seen_share && *room.seen_share < kWellHeld) {
     lines.push_back(fmt::format("{:.0f} % of what was seen", 100 * *room.seen_share));
   }

@@ -290,11 +290,11 @@ void CheckBuilding(const std::string& folder, const Building& building) {
 
 }  // namespace
 
-std::string TitleOf(const Storey& storey) {
+std::string GetTitle(const Storey& storey) {
   return storey.name.empty() ? fmt::format("Storey {}", storey.id) : storey.name;
 }
 
-std::string TitleOf(const Room& room) {
+std::string GetTitle(const Room& room) {
   return room.name.empty() ? fmt::format("Room {}", room.id + 1) : room.name;
 }
 

@@ -100,8 +100,8 @@ struct Building {
 };
 
 // What storeys and rooms are called: their names, else "Storey 0" and, for the first, "Room 1".
-std::string TitleOf(const Storey& storey);
-std::string TitleOf(const Room& room);
+std::string GetTitle(const Storey& storey);
+std::string GetTitle(const Room& room);
 
 // A point on a surface, of a dense cloud or a landmark. Metres, in world.
 struct SurfacePoint {

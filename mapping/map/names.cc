@@ -87,14 +87,14 @@ class NamedPlaces {
   }
 
   std::string* FindStorey(const PlaceName& entry) {
-    if (entry.id) return NameOf(*entry.id, &building_.storeys);
+    if (entry.id) return FindName(*entry.id, &building_.storeys);
     Storey* storey = StoreyAt(InWorld(*entry.at).z());
     const bool is_here = storey != nullptr && RoomAt(*entry.at) != nullptr;
     return is_here ? &storey->name : nullptr;
   }
 
   std::string* FindRoom(const PlaceName& entry) {
-    if (entry.id) return NameOf(*entry.id, &building_.rooms);
+    if (entry.id) return FindName(*entry.id, &building_.rooms);
     Room* room = RoomAt(*entry.at);
     return room != nullptr ? &room->name : nullptr;
   }
@@ -115,7 +115,7 @@ class NamedPlaces {
   Vector3d InWorld(const Vector3d& at) const { return axes_.inverse() * (at - origin_); }
 
   template <typename Part>
-  static std::string* NameOf(int64_t id, std::vector<Part>* parts) {
+  static std::string* FindName(int64_t id, std::vector<Part>* parts) {
     const auto found = std::ranges::find(*parts, id, &Part::id);
     return found == parts->end() ? nullptr : &found->name;
   }

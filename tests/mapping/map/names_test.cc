@@ -44,8 +44,8 @@ TEST_F(NamesTest, AreGivenByPlacesAndByIds) {
   EXPECT_EQ(map.building.rooms[1].name, "Lab");
   EXPECT_EQ(map.building.walls[0].openings[0].name, "D-01");
   EXPECT_EQ(map.building.walls[2].openings[0].name, "W-07");
-  EXPECT_EQ(TitleOf(map.building.rooms[1]), "Lab");
-  EXPECT_EQ(TitleOf(map.building.storeys[0]), "Storey 0");
+  EXPECT_EQ(GetTitle(map.building.rooms[1]), "Lab");
+  EXPECT_EQ(GetTitle(map.building.storeys[0]), "Storey 0");
 }
 
 TEST_F(NamesTest, AreInTheMapsFiles) {
