@@ -45,6 +45,15 @@ TEST(StoreyPlanTest, RoomsHaveNamesAreasAndHeights) {
               Contains("about 12.00 m\u00b2"));
 }
 
+TEST(StoreyPlanTest, RoomsAndDoorsAreCalledAsPeopleCallThem) {
+  Building building = testing::MakeBuilding();
+  building.rooms[0].name = "K\u00fcche";
+  building.walls[0].openings[0].name = "D-01";
+  const StoreyPlan plan = MakePlans(building, {}).storeys[0];
+  EXPECT_THAT(TextsOf(plan.room_texts), Contains("K\u00fcche"));
+  EXPECT_EQ(OpeningText(building.walls[0].openings[0], false), "D-01 0.90 x 2.10");
+}
+
 TEST(StoreyPlanTest, RoomsOfWhichLittleIsHeldSaySo) {
   Building building = testing::MakeBuilding();
   building.rooms[0].seen_share = 0.74;
