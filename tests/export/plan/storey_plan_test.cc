@@ -9,6 +9,7 @@
 
 #include "data/core/error.h"
 #include "export/plan/drawing.h"
+#include "export/plan/symbols.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/temp_folder.h"
 
