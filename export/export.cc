@@ -181,8 +181,11 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
 }  // namespace
 
 std::vector<std::string> ExportFormats() {
+  auto writers = MakeMapWriters({});
+  std::ranges::stable_partition(
+      writers, [](const auto& writer) { return writer->IsWrittenByDefault(); });
   std::vector<std::string> formats;
-  for (const auto& writer : MakeMapWriters({})) formats.push_back(writer->Format());
+  for (const auto& writer : writers) formats.push_back(writer->Format());
   return formats;
 }
 

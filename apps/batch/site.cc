@@ -283,10 +283,15 @@ Site ReadSite(const std::string& path) {
   root.Read("method", &site.method);
   root.Read("config", &site.config);
   root.Read("exports", &site.exports);
+  root.Read("names", &site.names);
   ReadPlanEntries(&root, folder, &site, &faults);
   root.Finish();
   if (index == 0) faults.Add("recordings: found none, expected a list of some");
   site.config = FullPath(folder, site.config);
+  site.names = FullPath(folder, site.names);
+  if (!site.names.empty() && !fs::is_regular_file(site.names)) {
+    faults.Add(fmt::format("names: found '{}', expected a file", site.names));
+  }
   RefuseTwins(site, &faults);
   RefuseCopies(site, &faults);
   CheckPlans(site, &faults);

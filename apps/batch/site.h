@@ -29,6 +29,7 @@ struct Site {
   std::string config;                     // a file; "": the defaults
   std::vector<std::string> exports;       // formats of `export`, and "page"
   std::vector<SitePlan> plans;
+  std::string names;  // file of what rooms and the like are called, in full; "": none
 };
 
 // Beside the formats of `export`.

@@ -147,6 +147,7 @@ Workflow ParseWorkflow(const std::string& path, const Json& json) {
   workflow.site.method = json.at("method");
   workflow.site.config = json.at("config");
   workflow.site.exports = json.at("exports").get<std::vector<std::string>>();
+  workflow.site.names = json.value("names", std::string());
   for (const Json& entry : json.at("recordings")) {
     workflow.site.recordings.push_back(ParseRecording(entry));
   }
@@ -200,7 +201,8 @@ void WriteWorkflow(const std::string& folder, const Workflow& workflow) {
   Json json = {{"format", kWorkflowFormat},      {"version", kWorkflowVersion},
                {"program", workflow.program},    {"method", workflow.site.method},
                {"config", workflow.site.config}, {"exports", workflow.site.exports},
-               {"recordings", Json::array()},    {"jobs", Json::object()}};
+               {"names", workflow.site.names},   {"recordings", Json::array()},
+               {"jobs", Json::object()}};
   for (const SiteRecording& recording : workflow.site.recordings) {
     json["recordings"].push_back(RecordingJson(recording));
   }
@@ -240,7 +242,8 @@ std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, c
     }
   }
   if (job.name.starts_with(kExportJobs))
-    text += fmt::format("{}\n", fmt::join(workflow.site.exports, " "));
+    text += fmt::format("{}\n{}", fmt::join(workflow.site.exports, " "),
+                        BytesOfFile(workflow.site.names));
   if (job.plan) text += fmt::format("{}\n{}", job.plan->pixel_m, BytesOfFile(job.plan->image));
   return Checksum(text);
 }

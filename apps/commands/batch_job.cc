@@ -287,6 +287,12 @@ std::string LayOnPlan(const SiteJob& job, const std::string& map, int number, Jo
   return map;
 }
 
+std::vector<std::string> WithNames(const SiteJob& job, std::vector<std::string> arguments) {
+  const std::string& names = job.workflow.site.names;
+  if (!names.empty()) arguments.insert(arguments.end(), {"--names", names});
+  return arguments;
+}
+
 // Exports one map in all formats, and as a page.
 std::optional<StepFailure> ExportOne(const SiteJob& job, const std::string& map,
                                      const std::string& output) {
@@ -296,14 +302,15 @@ std::optional<StepFailure> ExportOne(const SiteJob& job, const std::string& map,
   if (has_page) {
     const std::string page = output + ".html";
     const std::string title = fs::path(job.job.name).filename().string();
-    if (auto failure = RunStep(job, "page-" + name, {"view", map, "-o", page, "--title", title})) {
+    if (auto failure = RunStep(job, "page-" + name,
+                               WithNames(job, {"view", map, "-o", page, "--title", title}))) {
       return failure;
     }
   }
   if (formats.empty()) return std::nullopt;
-  return RunStep(
-      job, "export-" + name,
-      {"export", map, "-o", output, "--format", fmt::format("{}", fmt::join(formats, ","))});
+  return RunStep(job, "export-" + name,
+                 WithNames(job, {"export", map, "-o", output, "--format",
+                                 fmt::format("{}", fmt::join(formats, ","))}));
 }
 
 // Of a map that was apart before. False where there was none.

@@ -28,14 +28,19 @@ namespace {
 struct ExportArguments {
   std::string map, output;
   ExportOptions options;
+  std::string names;
   bool accept_changed = false;
 };
 
 void Export(ExportArguments arguments) {
   CheckFormats(arguments.options);
   ExpectFolder(arguments.map, FolderKind::kMap);
-  OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
-  const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  const NamesFile names(arguments.names);
+  std::vector<std::string> inputs = {arguments.map};
+  if (!arguments.names.empty()) inputs.push_back(arguments.names);
+  OutputFolder output(arguments.output, ExportFiles(), inputs);
+  MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  names.Apply(&map);
   output.Open();
   arguments.options.recording.calibration = arguments.map + "/calibration.yaml";
   arguments.options.tiles.page = FindTilesPage();
@@ -57,6 +62,7 @@ void AddExportCommand(CLI::App& app) {
       ->type_name("DIR")
       ->required();
   AddExportOptions(*command, &arguments->options);
+  AddNamesOption(*command, &arguments->names);
   command
       ->add_option("--sequence", arguments->options.recording.sequence,
                    "Where the recording of --format ortho and --colmap-images is, if not where it "
@@ -163,6 +169,7 @@ struct ViewArguments {
   PageOptions page;
   bool accept_changed = false;
   bool images = false;
+  std::string names;
   std::string sequence;  // where the recording moved to; "" where the map says it is
 };
 
@@ -233,7 +240,9 @@ void ViewMap(ViewArguments arguments) {
   ExpectFolder(arguments.map, FolderKind::kMap);
   CheckOutput(arguments.output, arguments.map);
   const std::string page_template = ReadPageTemplate();
-  const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  const NamesFile names(arguments.names);
+  MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  names.Apply(&map);
   if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
   const MadeFolder folder(std::filesystem::absolute(LinkTarget(arguments.output)).parent_path());
   const Progress progress = StageProgress("view");
@@ -268,6 +277,7 @@ void AddViewCommand(CLI::App& app) {
       ->capture_default_str()
       ->needs(serve);
   command->add_option("--title", arguments->page.title, "Of the page (default: the folder's name)");
+  AddNamesOption(*command, &arguments->names);
   CLI::Option* images =
       command->add_flag("--images", arguments->images,
                         "Also pictures of keyframes, at most 200 of them, from the recording");

@@ -200,9 +200,30 @@ MappingOptions ReadMappingOptions(const std::string& config) {
   return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
 }
 
+NamesFile::NamesFile(std::string path) : path_(std::move(path)) {
+  if (!path_.empty()) names_ = ReadNames(path_);
+}
+
+void NamesFile::Apply(MapResult* map) const {
+  try {
+    ApplyNames(names_, map);
+  } catch (const ConfigError& error) {
+    throw NamingFile(path_, error);
+  }
+}
+
+void AddNamesOption(CLI::App& command, std::string* path) {
+  command
+      .add_option("--names", *path,
+                  "YAML file that says what buildings, storeys, rooms and doors are called, by "
+                  "places; the page writes it too")
+      ->type_name("FILE");
+}
+
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
                       ControlStage* control, OutputFolder* output) {
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
+  const NamesFile names(arguments.names);
   MapInput input = ReadInput(arguments);
   const OdometryRun& run = input.run;
   const size_t landmarks = run.landmarks.size();
@@ -231,6 +252,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
     map = MergedInto(std::move(*other), std::move(map), arguments);
   }
   if (!Interrupted()) plan->Compare(StageProgress("plan"), &map);
+  names.Apply(&map);
   map.id = WriteMapFolder(output, map);
   remove_stages();
   if (unmerged) unmerged->Remove();
@@ -285,8 +307,9 @@ void Map(const MapCommand& command) {
   ControlStage control(command.control);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
   for (const std::string& file : command.control.Files()) inputs.push_back(file);
-  for (const std::string& input : {arguments.input, arguments.poses, arguments.sequence,
-                                   arguments.into, arguments.config, command.plan.plan}) {
+  for (const std::string& input :
+       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config,
+        arguments.names, command.plan.plan}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);
@@ -331,6 +354,7 @@ void AddMapCommand(CLI::App& app) {
   AddStartOption(*command, &arguments.at)->needs(into);
   AddPlanOptions(*command, &map->plan);
   AddControlOptions(*command, &map->control);
+  AddNamesOption(*command, &arguments.names);
   command->add_flag("--sparse", arguments.sparse,
                     "Map the landmarks and lines of the run alone, without opening its images");
   command->add_option("--config", arguments.config,

@@ -10,12 +10,31 @@
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 #include "mapping/map/map.h"
+#include "mapping/map/names.h"
 #include "mapping/options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace slcmap::inline commands {
 
 class PlanStage;
 class ControlStage;
+
+// What --names brings: "" of none.
+class NamesFile {
+ public:
+  explicit NamesFile(std::string path);  // throws what ReadNames throws
+  // Throws what ApplyNames throws, naming the file.
+  void Apply(MapResult* map) const;
+
+ private:
+  std::string path_;
+  Names names_;
+};
+
+void AddNamesOption(CLI::App& command, std::string* path);
 
 // Counts runs and maps that were taken although their files were changed since, or they are not of
 // the run beside them, as a warning.
@@ -56,6 +75,7 @@ struct MapArguments {
   std::string config;
   std::string into;     // a map folder that the run's map is merged into; "": into none
   std::string at;       // with it: about where, as --at says it
+  std::string names;    // file of what rooms and the like are called; "": none
   bool sparse = false;  // from the run alone, without its recording's images
   bool accept_changed = false;
   int threads = 2;  // the results are the same with any

@@ -19,6 +19,7 @@
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
+#include "mapping/map/names.h"
 #include "mapping/mapping.h"
 
 namespace slcmap::inline commands {
@@ -260,10 +261,14 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
                      const Progress& progress) {
   AlignmentOptions alignment;
   alignment.start = ParseStart("--at", 3, at);
+  // Its rooms are found anew.
+  const Building of_first = first.building, of_second = second.building;
   try {
     MergedMaps merged =
         MergeMaps(std::move(first), std::move(second), alignment, options, progress);
     LogAlignment(second_name, merged.alignment);
+    ApplyNames(CollectNames(of_second, merged.alignment.T_first_second), &merged.map);
+    ApplyNames(CollectNames(of_first, {}), &merged.map);
     return std::move(merged.map);
   } catch (const DataError& error) {
     throw DataError(second_name + ": " + error.what());

@@ -27,7 +27,7 @@ struct RunArguments {
   OdometryArguments odometry;
   PlanArguments plan;
   ControlArguments control;
-  std::string output;
+  std::string output, names;
   ExportOptions exporting;
 };
 
@@ -102,6 +102,8 @@ void RunAll(const RunArguments& arguments) {
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
   std::vector<std::string> inputs = ListInputs(odometry);
+  if (!arguments.names.empty()) inputs.push_back(arguments.names);
+  const NamesFile names(arguments.names);  // refused before the work
   if (!arguments.plan.plan.empty()) inputs.push_back(arguments.plan.plan);
   for (const std::string& file : arguments.control.Files()) inputs.push_back(file);
   RefuseInputs(output, inputs);
@@ -124,6 +126,7 @@ void RunAll(const RunArguments& arguments) {
   MapArguments of_run;
   of_run.input = odometry.run;
   of_run.threads = odometry.threads;
+  of_run.names = arguments.names;
   Timed("map", [&] { return RunMapStage(of_run, mapping, &plan, &control, map_folder.get()); });
   if (Interrupted()) return;
   // What is shown is what the folder holds, whose numbers are rounded.
@@ -159,6 +162,7 @@ void AddRunCommand(CLI::App& app) {
       ->required();
   AddPlanOptions(*command, &arguments->plan);
   AddControlOptions(*command, &arguments->control);
+  AddNamesOption(*command, &arguments->names);
   AddExportOptions(*command, &arguments->exporting);
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"

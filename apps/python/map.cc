@@ -137,9 +137,9 @@ py::dict ToDict(const BuildingPlane& plane) {
 py::dict ToDict(const Room& room) {
   py::list holes;
   for (const PlanPoints& hole : room.polygon.holes) holes.append(ToArray(hole));
-  return py::dict("id"_a = room.id, "name"_a = fmt::format("Room {}", room.id + 1),  // as in plans
-                  "storey"_a = room.storey, "polygon"_a = ToArray(room.polygon.outline),
-                  "holes"_a = holes, "area_m2"_a = room.area_m2, "floor_m"_a = room.floor_m,
+  return py::dict("id"_a = room.id, "name"_a = GetTitle(room), "storey"_a = room.storey,
+                  "polygon"_a = ToArray(room.polygon.outline), "holes"_a = holes,
+                  "area_m2"_a = room.area_m2, "floor_m"_a = room.floor_m,
                   "height_m"_a = room.height_m);
 }
 

@@ -5,6 +5,12 @@
 #include "export/scene/building_solids.h"
 
 namespace slcmap::inline exporting {
+namespace {
+
+// What people call it, where that is known.
+std::string LongName(const std::string& name) { return name.empty() ? kStepUnset : StepText(name); }
+
+}  // namespace
 
 IfcStructure::IfcStructure(const MapResult& map, IfcFile* file) : file_(file) {
   const std::string& content = map.source.run_id;
@@ -22,10 +28,10 @@ IfcStructure::IfcStructure(const MapResult& map, IfcFile* file) : file_(file) {
   // Heights of storeys are over the lowest floor; the map's z counts from where odometry began.
   if (!map.building.storeys.empty()) building_.floor_m = map.building.storeys.front().floor_m;
   building_.placement = file_->LocalPlacement(of_site, {.origin = {0, 0, building_.floor_m}});
-  building_.entity =
-      file_->AddRooted("IFCBUILDING", content,
-                       {"'Building'", kStepUnset, kStepUnset, building_.placement, kStepUnset,
-                        kStepUnset, ".ELEMENT.", kStepUnset, kStepUnset, kStepUnset});
+  building_.entity = file_->AddRooted(
+      "IFCBUILDING", content,
+      {"'Building'", kStepUnset, kStepUnset, building_.placement, kStepUnset,
+       LongName(map.building.name), ".ELEMENT.", kStepUnset, kStepUnset, kStepUnset});
   Aggregate(project, "project " + content, {site});
   Aggregate(site, "site " + content, {building_.entity});
   AddStoreys(map);
@@ -42,7 +48,7 @@ void IfcStructure::AddStoreys(const MapResult& map) {
     part.entity = file_->AddRooted(
         "IFCBUILDINGSTOREY", part.content,
         {StepText(fmt::format("Storey {}", storey.id)), kStepUnset, kStepUnset, part.placement,
-         kStepUnset, kStepUnset, ".ELEMENT.", StepReal(elevation_m)});
+         kStepUnset, LongName(storey.name), ".ELEMENT.", StepReal(elevation_m)});
     entities.push_back(part.entity);
     storeys_.push_back(part);
   }
@@ -194,9 +200,9 @@ class WallBuilder {
     const std::string placement = file_->LocalPlacement(of_hole, {});
     const std::string entity = file_->AddRooted(
         is_door ? "IFCDOOR" : "IFCWINDOW", content,
-        {is_door ? "'Door'" : "'Window'", kStepUnset, kStepUnset, placement, kStepUnset, kStepUnset,
-         StepReal(hole.sizes().y()), StepReal(hole.sizes().x()), is_door ? ".DOOR." : ".WINDOW.",
-         ".NOTDEFINED.", kStepUnset});
+        {opening.name.empty() ? (is_door ? "'Door'" : "'Window'") : StepText(opening.name),
+         kStepUnset, kStepUnset, placement, kStepUnset, kStepUnset, StepReal(hole.sizes().y()),
+         StepReal(hole.sizes().x()), is_door ? ".DOOR." : ".WINDOW.", ".NOTDEFINED.", kStepUnset});
     file_->AddRooted("IFCRELFILLSELEMENT", content, {kStepUnset, kStepUnset, filled, entity});
     if (is_door) {
       file_->AddProperties(entity, content, "Door",
@@ -280,10 +286,10 @@ void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
       fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), DescribeContent(room.polygon));
   const std::string name = StepText(fmt::format("Room {}", room.id + 1));
   const std::string placement = file->LocalPlacement(part->placement, {});
-  const std::string space =
-      file->AddRooted("IFCSPACE", content,
-                      {name, kStepUnset, kStepUnset, placement, SpaceShape(room, *part, file), name,
-                       ".ELEMENT.", ".INTERNAL.", StepReal(room.floor_m)});
+  const std::string space = file->AddRooted(
+      "IFCSPACE", content,
+      {name, kStepUnset, kStepUnset, placement, SpaceShape(room, *part, file),
+       StepText(GetTitle(room)), ".ELEMENT.", ".INTERNAL.", StepReal(room.floor_m)});
   part->spaces.push_back(space);
   std::vector<std::string> quantities = {file->Area("NetFloorArea", room.area_m2)};
   if (room.height_m) quantities.push_back(file->Length("FinishCeilingHeight", *room.height_m));

@@ -26,7 +26,7 @@ struct UsedPhoto {
   cv::Mat quality, label;  // by cell; the label is 1 where the photo is to be seen (CV_32FC1)
   double log_gain = 0;
 
-  std::optional<Vector2d> PixelOf(const Vector3d& p_world) const {
+  std::optional<Vector2d> ProjectToRaw(const Vector3d& p_world) const {
     return raw.camera.Project(raw.R_raw_rectified * (photo->T_camera_world * p_world));
   }
 };
@@ -73,7 +73,7 @@ cv::Mat LogBrightness(const OrthoFace& face, const FaceCells& cells, const UsedP
   for (int row = 0; row < values.rows; ++row) {
     for (int column = 0; column < values.cols; ++column) {
       if (used.quality.at<float>(row, column) <= 0) continue;
-      const auto px = used.PixelOf(
+      const auto px = used.ProjectToRaw(
           face.At(column * cells.step_px + middle_px, row * cells.step_px + middle_px));
       if (!px || !used.raw.camera.Contains(*px, 1)) continue;
       const double grey = smooth.at<uint8_t>(static_cast<int>(std::lround(px->y())),
@@ -118,7 +118,7 @@ void LevelBrightness(const OrthoFace& face, const FaceCells& cells, std::vector<
 }
 
 // The pixels that a photo may add to: about its cells, as far as it fades.
-cv::Rect PartOf(const OrthoFace& face, const FaceCells& cells, const UsedPhoto& used) {
+cv::Rect FindPart(const OrthoFace& face, const FaceCells& cells, const UsedPhoto& used) {
   const cv::Rect shown = cv::boundingRect(used.label > 0.5f);
   const int step = cells.step_px;
   const int pad = static_cast<int>(3 * kFade_m / face.pixel_m);
@@ -152,7 +152,7 @@ FlatPhoto Flatten(const OrthoFace& face, const FaceCells& cells, const UsedPhoto
   for (int row = 0; row < part.height; ++row) {
     for (int column = 0; column < part.width; ++column) {
       if (quality.at<float>(row, column) <= 0) continue;
-      const auto px = used.PixelOf(face.At(part.x + column, part.y + row));
+      const auto px = used.ProjectToRaw(face.At(part.x + column, part.y + row));
       if (!px || !used.raw.camera.Contains(*px, 1)) continue;
       places.at<cv::Vec2f>(row, column) = {static_cast<float>(px->x()),
                                            static_cast<float>(px->y())};
@@ -181,7 +181,7 @@ class Bands {
   }
 
   void Add(const OrthoFace& face, const FaceCells& cells, const UsedPhoto& used) {
-    const cv::Rect part = PartOf(face, cells, used);
+    const cv::Rect part = FindPart(face, cells, used);
     const FlatPhoto flat = Flatten(face, cells, used, part);
     const cv::Mat low = LowBand(flat, kLowBand_m / face.pixel_m);
     cv::Mat wide, narrow;

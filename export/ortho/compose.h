@@ -25,7 +25,7 @@ struct Orthophoto {
 // Brightness is levelled between photos that see the same cells. Where photos meet, low frequencies
 // fade over tens of centimetres and high ones over centimetres, so that neither steps nor doubled
 // edges are seen (multi-band blending with two bands, after Burt and Adelson 1983). `mask` as
-// MaskOf() has it. read(i) is asked for photos of the choice.
+// MakeMask() has it. read(i) is asked for photos of the choice.
 Orthophoto Compose(const OrthoFace& face, const cv::Mat& mask, const PhotoChoice& choice,
                    const std::vector<Photo>& photos,
                    const std::function<RawPhoto(const Photo&)>& read);

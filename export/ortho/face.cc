@@ -19,7 +19,7 @@ constexpr double kMostPixels = 16e6;
 constexpr double kLeastFace_m = 0.2;
 constexpr double kEdge_m = 0.03;  // of openings that is shown
 
-Eigen::AlignedBox2d BoxOf(const std::vector<Polygon>& area) {
+Eigen::AlignedBox2d ComputeBox(const std::vector<Polygon>& area) {
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : area) {
     for (const Vector2d& p : polygon.outline) box.extend(p);
@@ -60,7 +60,7 @@ std::map<int64_t, WallFace> FacesOfWalls(const Building& building) {
   return faces;
 }
 
-std::string NameOf(const BuildingPlane& plane, const std::map<int64_t, WallFace>& of_walls) {
+std::string MakeFaceName(const BuildingPlane& plane, const std::map<int64_t, WallFace>& of_walls) {
   const auto wall = of_walls.find(plane.id);
   if (wall == of_walls.end()) return fmt::format("{}_P{}", GetName(plane.kind), plane.id);
   return fmt::format("wall_W{}_{}", wall->second.wall_id, wall->second.letters);
@@ -81,7 +81,7 @@ BuildingPlane WithSmallerOpenings(BuildingPlane plane, const Canvas& canvas) {
   return plane;
 }
 
-std::vector<cv::Point> PixelsOf(const PlanPoints& ring, const OrthoFace& face) {
+std::vector<cv::Point> ToPixels(const PlanPoints& ring, const OrthoFace& face) {
   std::vector<cv::Point> pixels;
   for (const Vector2d& p : ring) {
     pixels.emplace_back(static_cast<int>(std::floor((p.x() - face.box.min().x()) / face.pixel_m)),
@@ -99,13 +99,13 @@ std::vector<OrthoFace> ListFaces(const Building& building) {
     if (plane.inferred || plane.kind == PlaneKind::kOther) continue;
     OrthoFace face;
     face.plane = &plane;
-    face.name = NameOf(plane, of_walls);
+    face.name = MakeFaceName(plane, of_walls);
     if (const auto wall = of_walls.find(plane.id); wall != of_walls.end()) {
       face.wall_id = wall->second.wall_id;
     }
-    face.canvas = FrontOf(plane);
+    face.canvas = MakeFront(plane);
     face.area = AreaOn(face.canvas, plane, building);
-    const Eigen::AlignedBox2d box = BoxOf(face.area);
+    const Eigen::AlignedBox2d box = ComputeBox(face.area);
     if (box.isEmpty() || box.sizes().minCoeff() < kLeastFace_m) continue;
     SetRaster(box, &face);
     faces.push_back(std::move(face));
@@ -113,12 +113,12 @@ std::vector<OrthoFace> ListFaces(const Building& building) {
   return faces;
 }
 
-cv::Mat MaskOf(const OrthoFace& face, const Building& building) {
+cv::Mat MakeMask(const OrthoFace& face, const Building& building) {
   cv::Mat mask(face.size, CV_8UC1, cv::Scalar(0));
   const BuildingPlane plane = WithSmallerOpenings(*face.plane, face.canvas);
   for (const Polygon& polygon : AreaOn(face.canvas, plane, building)) {
-    std::vector<std::vector<cv::Point>> rings = {PixelsOf(polygon.outline, face)};
-    for (const PlanPoints& hole : polygon.holes) rings.push_back(PixelsOf(hole, face));
+    std::vector<std::vector<cv::Point>> rings = {ToPixels(polygon.outline, face)};
+    for (const PlanPoints& hole : polygon.holes) rings.push_back(ToPixels(hole, face));
     cv::fillPoly(mask, rings, cv::Scalar(255));
   }
   return mask;

@@ -37,6 +37,6 @@ struct OrthoFace {
 std::vector<OrthoFace> ListFaces(const Building& building);
 
 // 255 where a pixel is on the face. Openings are a little smaller, so that their edges are seen.
-cv::Mat MaskOf(const OrthoFace& face, const Building& building);
+cv::Mat MakeMask(const OrthoFace& face, const Building& building);
 
 }  // namespace slcmap::exporting

@@ -111,7 +111,7 @@ WrittenFace WriteFace(const std::string& folder, const OrthoFace& face, const Ma
   const PhotoChoice choice = ChoosePhotos(face, photos, map.rectified_rig.cameras[0]);
   if (choice.photos.empty()) return {};
   const Orthophoto ortho =
-      Compose(face, MaskOf(face, map.building), choice, photos, std::cref(reader));
+      Compose(face, MakeMask(face, map.building), choice, photos, std::cref(reader));
   if (ortho.seen_share < kLeastShare) return {};
   const std::string path = folder + "/" + face.name;
   WriteFile(path + ".png", EncodePng(ortho.grey, ortho.alpha));

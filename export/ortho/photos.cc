@@ -24,7 +24,7 @@ constexpr double kMostDepth_m = 8;   // beyond it points hide little
 constexpr double kCube_m = 2;        // that points are sought by
 
 // Of the middle of a pixel of the depth, at depth 1.
-Vector3d RayOf(const Camera& rectified, int u, int v) {
+Vector3d MakeRay(const Camera& rectified, int u, int v) {
   const double middle_px = 0.5 * (kDepthStep_px - 1);
   return {(u * kDepthStep_px + middle_px - rectified.cx_px) / rectified.fx_px,
           (v * kDepthStep_px + middle_px - rectified.cy_px) / rectified.fy_px, 1};
@@ -48,7 +48,7 @@ std::vector<Blocker> ListBlockers(const Building& building) {
   std::vector<Blocker> blockers;
   for (const BuildingPlane& plane : building.planes) {
     if (plane.inferred || plane.kind == PlaneKind::kOther) continue;
-    Blocker blocker{&plane, FrontOf(plane), {}, {}};
+    Blocker blocker{&plane, MakeFront(plane), {}, {}};
     blocker.area = AreaOn(blocker.canvas, plane, building);
     for (const Polygon& polygon : blocker.area) {
       for (const Vector2d& p : polygon.outline) blocker.box.extend(p);
@@ -121,7 +121,7 @@ class DepthPainter {
 
  private:
   void AddPlanesAt(int u, int v, const std::vector<Blocker>& blockers) {
-    const Vector3d ray = T_world_camera_.rotation * RayOf(camera_, u, v);
+    const Vector3d ray = T_world_camera_.rotation * MakeRay(camera_, u, v);
     const Vector3d& centre = T_world_camera_.translation;
     float& depth_m = depth_.at<float>(v, u);
     for (const Blocker& blocker : blockers) {
@@ -177,7 +177,7 @@ std::vector<Photo> TakePhotos(const MapResult& map, const RecordedImages& images
   for (const StampedPose& pose : map.keyframes) {
     Photo photo;
     photo.stamp_ns = pose.stamp_ns;
-    photo.recording = images.RecordingOf(pose.stamp_ns);
+    photo.recording = images.FindRecordingAt(pose.stamp_ns);
     if (photo.recording == images.size()) continue;
     photo.T_camera_world = (pose.T_world_imu * map.rectified_rig.T_imu_camera[0]).Inverse();
     SetMotion(map.trajectory, &photo);
@@ -203,7 +203,7 @@ double HeightBefore(const BuildingPlane& plane, const Photo& photo, const Camera
       std::clamp(static_cast<int>(pixel_px.y()) / kDepthStep_px, 0, photo.depth_m.rows - 1);
   const double depth_m = photo.depth_m.at<float>(v, u);
   if (!std::isfinite(depth_m)) return -INFINITY;
-  const Vector3d p = photo.T_camera_world.Inverse() * (depth_m * RayOf(rectified, u, v));
+  const Vector3d p = photo.T_camera_world.Inverse() * (depth_m * MakeRay(rectified, u, v));
   return plane.normal.dot(p) - plane.offset_m;
 }
 

@@ -354,7 +354,7 @@ class SectionTexts {
       AddInner({at_m, room.floor_m}, {at_m, room.floor_m + height_m}, false);
     }
     const double middle_m = 0.5 * (cut.from_m + cut.to_m);
-    const DrawnText name = {GetName(room),
+    const DrawnText name = {GetTitle(room),
                             {middle_m, level_m + 2 * sizes_.gap_m + 1.5 * sizes_.figure_m},
                             sizes_.figure_m};
     if (!taken_.HasRoomForText(MakeBox(name))) return;

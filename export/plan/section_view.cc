@@ -106,7 +106,7 @@ SectionView OfRoomWall(const ViewSide& side, const Room& room, const Eigen::Alig
   const char* seen = kPlanSides[2 * side.axis + (side.back ? 0 : 1)].name;
   SectionView view;
   view.name = fmt::format("room_{}_{}", room.id + 1, seen);
-  view.title = fmt::format("{}, {}", GetName(room), seen);
+  view.title = fmt::format("{}, {}", GetTitle(room), seen);
   view.place = fmt::format("Towards the plan's {}, from its middle", seen);
   view.right = GetRight(side.axis, side.back);
   view.origin[side.axis] = extent.center()[side.axis];

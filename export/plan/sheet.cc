@@ -119,7 +119,7 @@ Sheet EmptySheet(const TitleBlock& block, const SheetFormat& format) {
 Sheet MakeSheet(const TitleBlock& block, const MapResult& map, const PlanSet& plans,
                 const StoreyPlan& plan, bool in_mm) {
   Sheet sheet = {fmt::format("storey_{}", plan.storey.id),
-                 fmt::format("Storey {}", plan.storey.id),
+                 GetTitle(plan.storey),
                  block.project(),
                  plans.format.size_mm,
                  {}};

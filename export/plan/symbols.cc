@@ -79,9 +79,10 @@ Drawing DrawWalls(const std::vector<WallSolid>& solids) {
 
 std::string OpeningText(const PlanOpening& opening, bool in_mm) {
   const double width_m = opening.to_m - opening.from_m;
-  if (opening.kind == OpeningKind::kPassage) return LengthText(width_m, in_mm);
+  const std::string name = opening.name.empty() ? "" : opening.name + " ";
+  if (opening.kind == OpeningKind::kPassage) return name + LengthText(width_m, in_mm);
   const std::string size =
-      LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
+      name + LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
   if (opening.kind == OpeningKind::kDoor) return size;
   return size + " +" + LengthText(opening.sill_m, in_mm);
 }
@@ -233,13 +234,11 @@ std::string AreaText(const Room& room) {
 
 }  // namespace
 
-std::string GetName(const Room& room) { return fmt::format("Room {}", room.id + 1); }
-
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken) {
   constexpr double kSmallest = 0.6;
   constexpr double kWellHeld = 0.8;  // of what was seen, of which nothing is said
-  std::vector<std::string> lines = {GetName(room), AreaText(room)};
+  std::vector<std::string> lines = {GetTitle(room), AreaText(room)};
   if (room.seen_share && *room.seen_share < kWellHeld) {
     lines.push_back(fmt::format("{:.0f} % of what was seen", 100 * *room.seen_share));
   }

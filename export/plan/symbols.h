@@ -15,8 +15,8 @@ namespace slcmap::inline exporting {
 // their borders.
 Drawing DrawWalls(const std::vector<WallSolid>& solids);
 
-// Its clear width, of others than passages its height, and of a window the sill's:
-// "1.20 x 1.40 +0.90".
+// Its name, if it has one, clear width, of others than passages its height, and of a window the
+// sill's: "1.20 x 1.40 +0.90".
 std::string OpeningText(const PlanOpening& opening, bool in_mm);
 
 // Of a door that was walked through, its leaf and swing, at one hinge of two that it may have and
@@ -38,9 +38,6 @@ std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& si
                                  TakenPlaces* taken);
 
 // What is written into the rooms of a plan.
-
-// "Room 1" for the first.
-std::string GetName(const Room& room);
 
 // Name, area ("about" where a part of the border was not seen) and, where the ceiling was seen,
 // height, one below the other, with how much of what was seen of the room the map holds, where that

@@ -32,7 +32,7 @@ Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Buildi
 
 }  // namespace
 
-Canvas FrontOf(const BuildingPlane& plane) {
+Canvas MakeFront(const BuildingPlane& plane) {
   const Vector3d& normal = plane.normal;
   const bool is_level = std::abs(normal.z()) > M_SQRT1_2;
   Canvas canvas;

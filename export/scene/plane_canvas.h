@@ -25,7 +25,7 @@ struct Canvas {
 
 // The front of a plane as somebody before it sees it: x to the right and y up, which is the height
 // of upright planes. x of level ones is that of the world, and so is y of floors.
-Canvas FrontOf(const BuildingPlane& plane);
+Canvas MakeFront(const BuildingPlane& plane);
 
 // What a plane covers: its outline, or that of its room, without its openings.
 std::vector<Polygon> AreaOn(const Canvas& canvas, const BuildingPlane& plane,

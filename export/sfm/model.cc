@@ -274,10 +274,11 @@ void WriteImage(const std::string& path, const cv::Mat& image) {
 }
 
 // The images of one of the recordings; those that cannot be read are counted.
-std::vector<std::string> WriteImagesOf(const RecordedImages& recorded, std::size_t recording,
-                                       const Rig& rectified, const std::vector<ModelImage>& images,
-                                       const std::string& folder, const Progress& progress,
-                                       std::size_t* missing) {
+std::vector<std::string> WriteImagesFrom(const RecordedImages& recorded, std::size_t recording,
+                                         const Rig& rectified,
+                                         const std::vector<ModelImage>& images,
+                                         const std::string& folder, const Progress& progress,
+                                         std::size_t* missing) {
   std::array<cv::Mat, 2> maps;
   for (int i = 0; i < 2; ++i) {
     if (!IsCalibrated(rectified.cameras[i])) continue;
@@ -286,7 +287,7 @@ std::vector<std::string> WriteImagesOf(const RecordedImages& recorded, std::size
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < images.size(); ++i) {
     const ModelImage& image = images[i];
-    if (recorded.RecordingOf(image.stamp_ns) != recording) continue;
+    if (recorded.FindRecordingAt(image.stamp_ns) != recording) continue;
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(images.size()));
     const cv::Mat raw = recorded.Read(recording, image.stamp_ns, image.camera);
     if (raw.empty()) {
@@ -313,7 +314,7 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
   for (std::size_t i = 0; i < recorded.size(); ++i) {
     const std::size_t missing_before = missing;
     const std::vector<std::string> written =
-        WriteImagesOf(recorded, i, map.rectified_rig, images, folder, progress, &missing);
+        WriteImagesFrom(recorded, i, map.rectified_rig, images, folder, progress, &missing);
     if (written.empty() && missing > missing_before) recorded.Refuse(i, missing - missing_before);
     paths.insert(paths.end(), written.begin(), written.end());
   }

@@ -61,7 +61,7 @@ RecordedImages::RecordedImages(const MapResult& map, const RecordingOptions& opt
   }
 }
 
-std::size_t RecordedImages::RecordingOf(int64_t stamp_ns) const {
+std::size_t RecordedImages::FindRecordingAt(int64_t stamp_ns) const {
   const auto found = std::ranges::find_if(recordings_, [&](const Recording& recording) {
     const std::optional<StampSpan>& span = recording.poses_ns;
     return !span || (stamp_ns >= span->from_ns && stamp_ns <= span->to_ns);

@@ -25,7 +25,7 @@ class RecordedImages {
   std::size_t size() const { return recordings_.size(); }
 
   // Which recording an image of the map is of; size() where it is of none.
-  std::size_t RecordingOf(int64_t stamp_ns) const;
+  std::size_t FindRecordingAt(int64_t stamp_ns) const;
 
   // The cameras as they are.
   const Rig& rig(std::size_t recording) const { return recordings_[recording].source->info().rig; }

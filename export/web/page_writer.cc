@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "export/scene/scene.h"
 #include "export/web/page_data.h"
 #include "mapping/map/building.h"
+#include "mapping/map/names.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
@@ -215,6 +217,7 @@ Json RoomJson(const Room& room, const Eigen::Vector3d& origin_world) {
     holes.push_back(PointsJson(Relative(hole, origin_world)));
   }
   return {{"id", room.id},
+          {"name", room.name},
           {"storey", room.storey},
           {"area_m2", room.area_m2},
           {"floor_m", RoundedForJson(room.floor_m - origin_world.z())},
@@ -230,6 +233,7 @@ Json WallJson(const PlanWall& wall, const Eigen::Vector3d& origin_world) {
   for (const PlanOpening& opening : wall.openings) {
     openings.push_back({{"kind", GetName(opening.kind)},
                         {"walked", opening.walked},
+                        {"name", opening.name},
                         {"from_m", RoundedForJson(opening.from_m)},
                         {"to_m", RoundedForJson(opening.to_m)},
                         {"sill_m", RoundedForJson(opening.sill_m)},
@@ -252,6 +256,7 @@ Json StoreyJson(const Storey& storey, const Eigen::Vector3d& origin_world) {
   std::optional<double> ceiling_m = storey.ceiling_m;
   if (ceiling_m) *ceiling_m -= origin_world.z();
   return {{"id", storey.id},
+          {"name", storey.name},
           {"floor_m", storey.floor_m - origin_world.z()},
           {"ceiling_m", OptionalJson(ceiling_m)}};
 }
@@ -270,11 +275,26 @@ Json BuildingJson(const Building& building, const Eigen::Vector3d& origin_world)
   const auto plane_json = [&](const BuildingPlane& plane, const Eigen::Vector3d& origin) {
     return PlaneJson(plane, building, origin);
   };
-  return {{"heading_rad", std::atan2(x_axis.y(), x_axis.x())},
+  return {{"name", building.name},
+          {"heading_rad", std::atan2(x_axis.y(), x_axis.x())},
           {"storeys", PartsJson(building.storeys, origin_world, StoreyJson)},
           {"planes", PartsJson(building.planes, origin_world, plane_json)},
           {"rooms", PartsJson(building.rooms, origin_world, RoomJson)},
           {"walls", PartsJson(building.walls, origin_world, WallJson)}};
+}
+
+// Where the page's axes end in the coordinates of a file of names, and its origin.
+Json NamesJson(const MapSource& source, const Eigen::Vector3d& origin_world) {
+  const std::array<Eigen::Vector3d, 4> world = FrameOfNames(source);
+  Json frame = Json::array();
+  for (int i = 0; i < 4; ++i) {
+    Eigen::Vector3d p = origin_world;
+    if (i < 3) p[i] += 1;
+    Eigen::Vector3d place = world[3];
+    for (int k = 0; k < 3; ++k) place += p[k] * (world[static_cast<std::size_t>(k)] - world[3]);
+    frame.push_back({place.x(), place.y(), place.z()});
+  }
+  return {{"crs", source.georeference ? source.georeference->crs : ""}, {"frame", frame}};
 }
 
 Json ArraysJson(const PageArrays& arrays) {
@@ -328,6 +348,7 @@ std::string PackForPage(const MapResult& map, const std::string& title,
       {"dense_chunks", chunks},
       {"trajectory_gap_s", TrajectoryGap_s(map.trajectory, SceneOptions{}.max_jump_s)},
       {"camera_corners", PointsJson(FrustumCorners(map.rectified_rig.cameras[0], 1.0))},
+      {"names", NamesJson(map.source, origin_world)},
       {"building", BuildingJson(map.building, origin_world)}};
   document["arrays"] = ArraysJson(arrays);
   return Block(document, arrays);

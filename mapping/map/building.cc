@@ -51,6 +51,13 @@ std::optional<double> ParseOptional(const std::string& place, const Json& json, 
   return ParsePlace(place, json, key);
 }
 
+// Only those that have one, so that maps without names are as they were.
+void AddName(const std::string& name, Json* json) {
+  if (!name.empty()) (*json)["name"] = name;
+}
+
+std::string ParseName(const Json& json) { return json.value("name", std::string()); }
+
 Json OpeningJson(const PlaneOpening& opening) {
   return {{"kind", GetName(opening.kind)},
           {"walked", opening.walked},
@@ -111,14 +118,16 @@ BuildingPlane ParsePlane(const std::string& path, const Json& json) {
 }
 
 Json RoomJson(const Room& room) {
-  return {{"id", room.id},
-          {"storey", room.storey},
-          {"area_m2", RoundedForJson(room.area_m2)},
-          {"floor_m", RoundedForJson(room.floor_m)},
-          {"height_m", OptionalJson(room.height_m)},
-          {"bounded", RoundedForJson(room.bounded)},
-          {"outline", PointsJson(room.polygon.outline)},
-          {"holes", HolesJson(room.polygon)}};
+  Json json = {{"id", room.id},
+               {"storey", room.storey},
+               {"area_m2", RoundedForJson(room.area_m2)},
+               {"floor_m", RoundedForJson(room.floor_m)},
+               {"height_m", OptionalJson(room.height_m)},
+               {"bounded", RoundedForJson(room.bounded)},
+               {"outline", PointsJson(room.polygon.outline)},
+               {"holes", HolesJson(room.polygon)}};
+  AddName(room.name, &json);
+  return json;
 }
 
 Room ParseRoom(const std::string& path, const Json& json) {
@@ -131,17 +140,20 @@ Room ParseRoom(const std::string& path, const Json& json) {
   room.height_m = ParseOptional(place, json, "height_m");
   room.bounded = BoundedAt(place, json, "bounded", 0.0, 1.0);
   room.polygon = ParsePolygon(place, json, kMostLength_m);
+  room.name = ParseName(json);
   return room;
 }
 
 Json PlanOpeningJson(const PlanOpening& opening) {
-  return {{"kind", GetName(opening.kind)},
-          {"walked", opening.walked},
-          {"from_m", RoundedForJson(opening.from_m)},
-          {"to_m", RoundedForJson(opening.to_m)},
-          {"clear_width_m", RoundedForJson(opening.to_m - opening.from_m)},
-          {"sill_m", RoundedForJson(opening.sill_m)},
-          {"clear_height_m", RoundedForJson(opening.clear_height_m)}};
+  Json json = {{"kind", GetName(opening.kind)},
+               {"walked", opening.walked},
+               {"from_m", RoundedForJson(opening.from_m)},
+               {"to_m", RoundedForJson(opening.to_m)},
+               {"clear_width_m", RoundedForJson(opening.to_m - opening.from_m)},
+               {"sill_m", RoundedForJson(opening.sill_m)},
+               {"clear_height_m", RoundedForJson(opening.clear_height_m)}};
+  AddName(opening.name, &json);
+  return json;
 }
 
 PlanOpening ParsePlanOpening(const std::string& place, const Json& json) {
@@ -152,6 +164,7 @@ PlanOpening ParsePlanOpening(const std::string& place, const Json& json) {
   opening.to_m = BoundedAt(place, json, "to_m", opening.from_m, kMostLength_m);
   opening.sill_m = ParseLength(place, json, "sill_m");
   opening.clear_height_m = ParseLength(place, json, "clear_height_m");
+  opening.name = ParseName(json);
   return opening;
 }
 
@@ -198,6 +211,7 @@ Json PlanJson(const Building& building) {
                {"map_from_world",
                 {{"turn_rad", GetHeading(building.T_map_world)},
                  {"translation_m", PointJson(building.T_map_world.translation)}}}};
+  AddName(building.name, &json);
   json["storeys"] = Json::array();
   for (const Storey& storey : building.storeys) {
     Json rooms = Json::array();
@@ -211,6 +225,7 @@ Json PlanJson(const Building& building) {
                                {"floor_m", RoundedForJson(storey.floor_m)},
                                {"ceiling_m", OptionalJson(storey.ceiling_m)},
                                {"rooms", rooms}});
+    AddName(storey.name, &json["storeys"].back());
   }
   json["walls"] = Json::array();
   for (const PlanWall& wall : building.walls) json["walls"].push_back(WallJson(wall));
@@ -219,6 +234,7 @@ Json PlanJson(const Building& building) {
 
 void ParsePlan(const std::string& path, const Json& json, Building* building) {
   CheckFormat(path, json, kPlanFormat, kPlanVersion, kPlanVersion);
+  building->name = ParseName(json);
   const Json& frame = json.at("map_from_world");
   const double turn_rad = BoundedAt(path, frame, "turn_rad", -M_PI, M_PI);
   building->T_map_world.rotation = Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ());
@@ -226,7 +242,7 @@ void ParsePlan(const std::string& path, const Json& json, Building* building) {
       ParsePoint<Vector3d>(path, frame.at("translation_m"), kMostLength_m);
   for (const Json& storey : json.at("storeys")) {
     building->storeys.push_back({ParseId(path, storey, "id"), ParsePlace(path, storey, "floor_m"),
-                                 ParseOptional(path, storey, "ceiling_m")});
+                                 ParseOptional(path, storey, "ceiling_m"), ParseName(storey)});
   }
   for (const Json& wall : json.at("walls")) building->walls.push_back(ParseWall(path, wall));
 }
@@ -273,6 +289,14 @@ void CheckBuilding(const std::string& folder, const Building& building) {
 }
 
 }  // namespace
+
+std::string GetTitle(const Storey& storey) {
+  return storey.name.empty() ? fmt::format("Storey {}", storey.id) : storey.name;
+}
+
+std::string GetTitle(const Room& room) {
+  return room.name.empty() ? fmt::format("Room {}", room.id + 1) : room.name;
+}
 
 std::vector<std::string> BuildingFiles() { return {kPlanes, kRooms, kPlan}; }
 

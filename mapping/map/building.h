@@ -49,6 +49,7 @@ struct Storey {
   int64_t id = 0;
   double floor_m = 0;
   std::optional<double> ceiling_m;  // nothing where it was not seen
+  std::string name = {};            // as people call it (mapping/map/names.h); "": by its id
 };
 
 struct Room {
@@ -61,6 +62,7 @@ struct Room {
   double bounded = 0;              // share of its border on which a wall was measured
   // As MapResult's, of its surfaces, furniture among them; none where little was seen of it.
   std::optional<double> seen_share = {};
+  std::string name = {};  // as that of a storey
 };
 
 // An opening of a wall in the plan: metres along the wall from its start.
@@ -70,6 +72,7 @@ struct PlanOpening {
   double from_m = 0, to_m = 0;  // to_m - from_m is the clear width
   double sill_m = 0;            // over the floor of its storey
   double clear_height_m = 0;
+  std::string name = {};  // as that of a storey
 };
 
 // A wall in the plan: its measured face, seen from which it goes from left to right, and behind it
@@ -93,7 +96,12 @@ struct Building {
   std::vector<PlanWall> walls;
   // To a frame with x and y along the main heading; z stays.
   RigidTransform T_map_world;
+  std::string name = {};  // as that of a storey
 };
+
+// What storeys and rooms are called: their names, else "Storey 0" and, for the first, "Room 1".
+std::string GetTitle(const Storey& storey);
+std::string GetTitle(const Room& room);
 
 // A point on a surface, of a dense cloud or a landmark. Metres, in world.
 struct SurfacePoint {

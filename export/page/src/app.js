@@ -1,13 +1,14 @@
 // The page: its state, and what follows from a change of it.
 import { Box3, Vector3 } from 'three';
 import { byId, element } from './dom.js';
-import { composePicture, printPicture, savePicture } from './save.js';
+import { composePicture, printPicture, saveBlob, savePicture } from './save.js';
 import { Describer } from './describe.js';
 import { formatArea, formatLength, formatShare, roundLength, useFeet } from './format.js';
 import { Labels } from './labels.js';
 import { Layers } from './layers.js';
 import { LineHighlight } from './lines.js';
 import { Measure } from './measure.js';
+import { namesAsYaml, titleOfRoom } from './names.js';
 import { Panel, legend } from './panel.js';
 import { Picker } from './picker.js';
 import { Pointer } from './pointer.js';
@@ -87,8 +88,22 @@ export class App {
         this.layers.isOn('rooms') &&
         this.section.holds(room.place.clone().setZ(room.floor_m + 0.05));
       const area = element('span', {}, areaText(room));
-      room.label = this.labels.add(room.place, isShown, { class: 'room' }, `Room ${room.id + 1}`, area);
+      room.label = this.labels.add(room.place, isShown, { class: 'room' }, titleOfRoom(room), area);
     }
+  }
+
+  // Fields of names were changed.
+  showNames() {
+    for (const room of this.layers.rooms.rooms) {
+      room.label.element.firstChild.textContent = titleOfRoom(room);
+    }
+    this.panel.showStoreys();
+    this.view.invalidate();
+  }
+
+  saveNames() {
+    const text = namesAsYaml(this.map.document);
+    saveBlob(new Blob([text], { type: 'application/yaml' }), 'names.yaml');
   }
 
   showStorey(storey) {

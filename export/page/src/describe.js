@@ -9,6 +9,7 @@ import {
   formatSigma,
   formatTime,
 } from './format.js';
+import { titleOfRoom, titleOfStorey } from './names.js';
 import { AXES, KINDS } from './theme.js';
 
 export class Describer {
@@ -134,19 +135,32 @@ export class Describer {
       ['Area', formatArea(plane.area_m2)],
       ...(wall ? [['Thickness', this.thicknessOf(wall)]] : []),
       ['Uncertainty (1 σ)', formatSigma(plane.sigma_m)],
-      ['Storey', String(plane.storey)],
+      ['Storey', this.storeyOf(plane)],
     ];
     if (typeof wall?.seen_share === 'number')
       rows.push(['In the map', `${formatShare(wall.seen_share)} of what was seen`]);
     if (plane.inferred) rows.push(['Seen', plane.kind === 'wall' ? 'the other side only' : 'hardly']);
     if (plane.rooms.length > 0)
-      rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.map((id) => id + 1).join(', ')]);
+      rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', this.roomsOf(plane)]);
     for (const { kind, width_m, height_m } of plane.openings) {
       const name = kind[0].toUpperCase() + kind.slice(1);
       rows.push([name, `${formatLength(width_m)} × ${formatLength(height_m)}`]);
     }
     if (wall) rows.push(['Plane', String(plane.id)]);
     return { title: this.titleOf(plane, wall), rows };
+  }
+
+  storeyOf({ storey }) {
+    const found = this.document.building.storeys.find(({ id }) => id === storey);
+    return found ? titleOfStorey(found) : String(storey);
+  }
+
+  roomsOf({ rooms }) {
+    const byNumber = (id) => {
+      const room = this.document.building.rooms[id];
+      return room?.name ? titleOfRoom(room) : id + 1;
+    };
+    return rooms.map(byNumber).join(', ');
   }
 
   // Walls by their number, which is that of the plan and of what CAD and BIM programs get.

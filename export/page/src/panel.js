@@ -1,6 +1,7 @@
 // The panel beside the canvas: what is shown, and how.
 import { byId, choiceRow, element } from './dom.js';
 import { formatArea, formatCoarse, formatCount, formatShare, formatSigma } from './format.js';
+import { nameFields, titleOfStorey } from './names.js';
 import { AGES, AXES, KINDS, OPENINGS, paletteOf } from './theme.js';
 
 const COLOURINGS = [
@@ -60,6 +61,7 @@ export class Panel {
       group('Height shown', app.section.element, app.section.text),
       this.lines(),
       group('Layers', ...this.layers()),
+      ...this.names(),
       this.settings(),
     );
     app.section.show();
@@ -119,9 +121,32 @@ export class Panel {
     const { app } = this;
     const { storeys } = app.map.document.building;
     if (storeys.length < 2) return [];
-    const choices = [['all', 'All'], ...storeys.map(({ id }) => [id, String(id)])];
+    const choices = [['all', 'All'], ...storeys.map((storey) => [storey.id, titleOfStorey(storey)])];
     this.storeyRow = choiceRow('Storey', choices, app.storey, (storey) => app.showStorey(storey));
     return [group('Storey', this.storeyRow)];
+  }
+
+  // Their names changed.
+  showStoreys() {
+    for (const storey of this.app.map.document.building.storeys) {
+      const button = this.storeyRow?.querySelector(`[value="${storey.id}"]`);
+      if (button) button.textContent = titleOfStorey(storey);
+    }
+  }
+
+  names() {
+    const { app } = this;
+    const { document } = app.map;
+    if (document.building.rooms.length === 0) return [];
+    const fields = nameFields(document, {
+      changed: () => app.showNames(),
+      save: () => app.saveNames(),
+    });
+    fields.open = this.namesAreOpen ?? false; // as it was before the panel was made anew
+    fields.addEventListener('toggle', () => {
+      this.namesAreOpen = fields.open;
+    });
+    return [group('Rooms', fields)];
   }
 
   lines() {

@@ -51,7 +51,8 @@ export class Pointer {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.type === 'range') return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (['range', 'text'].includes(event.target.type)) return;
     const { app } = this;
     const actions = {
       1: () => app.setMode('space'),

@@ -82,12 +82,14 @@ export function composePicture({ view, map }) {
   return picture;
 }
 
+export function saveBlob(blob, name) {
+  const url = URL.createObjectURL(blob);
+  element('a', { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 1e4);
+}
+
 export function savePicture(picture, title) {
-  picture.toBlob((blob) => {
-    const url = URL.createObjectURL(blob);
-    element('a', { href: url, download: `${title}.png` }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 1e4);
-  });
+  picture.toBlob((blob) => saveBlob(blob, `${title}.png`));
 }
 
 // Paper shows the picture alone; where it is wider than high, the sheet lies.

@@ -93,6 +93,21 @@ TEST_F(IfcWriterTest, KeepsToTheRules) {
   EXPECT_THAT(Write(map), HasSubstr("IFCCARTESIANPOINT((-123.45678,0.00012,1.2345))"));
 }
 
+TEST_F(IfcWriterTest, NamesThatPeopleGaveAreLongNames) {
+  MapResult map = testing::MakeTwoStoreys();
+  map.building.name = "House A";
+  map.building.storeys[1].name = "First floor";
+  map.building.rooms[0].name = "Lab";
+  map.building.walls[0].openings[0].name = "D-01";
+  const std::string text = Write(map);
+  EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
+  EXPECT_THAT(text, HasSubstr("$,'House A',.ELEMENT."));
+  EXPECT_THAT(text, HasSubstr("$,'First floor',.ELEMENT.,3.5);"));
+  EXPECT_THAT(text, HasSubstr("'Lab',.ELEMENT.,.INTERNAL."));
+  EXPECT_THAT(text, HasSubstr("'Room 1'"));
+  EXPECT_THAT(text, HasSubstr("'D-01'"));
+}
+
 // A passage that was walked through is no door.
 TEST_F(IfcWriterTest, PassagesAreOpeningsWithoutDoors) {
   MapResult map = testing::MakeTwoStoreys();

@@ -76,7 +76,7 @@ class WallWalk {
   }
 
   // Of the camera, which is the body.
-  static RigidTransform PoseOf(int image) {
+  static RigidTransform MakePose(int image) {
     Eigen::Matrix3d R;
     R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
     const double turn_rad = 0.25 * std::sin(1.3 * image);
@@ -86,7 +86,7 @@ class WallWalk {
 
   // Each image with an exposure of its own.
   cv::Mat Render(int image) const {
-    const RigidTransform T_world_camera = PoseOf(image);
+    const RigidTransform T_world_camera = MakePose(image);
     const Eigen::Matrix3d R_world_camera = T_world_camera.rotation.toRotationMatrix();
     const double exposure = 1 + 0.15 * std::sin(2.1 * image);
     cv::Mat grey(camera_.height_px, camera_.width_px, CV_8UC1);
@@ -132,7 +132,7 @@ MapResult MapOfWall(const std::string& sequence) {
   map.source.opened.needs_imu = false;
   map.rectified_rig = WallWalk().RectifiedRig();
   for (int i = 0; i < kImages; ++i) {
-    map.keyframes.push_back({testing::ImageStamp(i), WallWalk::PoseOf(i)});
+    map.keyframes.push_back({testing::ImageStamp(i), WallWalk::MakePose(i)});
   }
   map.building.storeys = {{0, 0, kHeight_m}};
   BuildingPlane plane;
@@ -187,8 +187,8 @@ class OrthoTest : public ::testing::Test {
     return cv::imread(recording_->Path("out/ortho/wall_W0_a.png"), cv::IMREAD_UNCHANGED);
   }
 
-  static int ColumnOf(double x_m) { return static_cast<int>(std::floor(x_m / 0.005)); }
-  static int RowOf(double z_m) { return static_cast<int>(std::floor((kHeight_m - z_m) / 0.005)); }
+  static int ToColumn(double x_m) { return static_cast<int>(std::floor(x_m / 0.005)); }
+  static int ToRow(double z_m) { return static_cast<int>(std::floor((kHeight_m - z_m) / 0.005)); }
 
   static testing::TempFolder* recording_;
   testing::TempFolder temp_;
@@ -217,14 +217,14 @@ double CrossingNear(const cv::Mat& profile, int column) {
 TEST_F(OrthoTest, EdgesOfAWallOfTenMetresAreWhereTheyAre) {
   const cv::Mat wall = Wall();
   ASSERT_EQ(wall.size(), cv::Size(2000, 500));
-  const cv::Mat profile = Profile(wall, RowOf(1.9), RowOf(1.2));
+  const cv::Mat profile = Profile(wall, ToRow(1.9), ToRow(1.2));
   for (const double edge_m : kEdges_m) {
-    EXPECT_NEAR(0.005 * CrossingNear(profile, ColumnOf(edge_m)), edge_m, 0.003) << edge_m;
+    EXPECT_NEAR(0.005 * CrossingNear(profile, ToColumn(edge_m)), edge_m, 0.003) << edge_m;
   }
 }
 
 TEST_F(OrthoTest, ExposuresAreLevelledAndSeamsAreBlended) {
-  const cv::Mat profile = Profile(Wall(), RowOf(2.3), RowOf(2.2));
+  const cv::Mat profile = Profile(Wall(), ToRow(2.3), ToRow(2.2));
   double low = 255, high = 0, step = 0;
   for (int i = 100; i < profile.cols - 100; ++i) {
     low = std::min(low, profile.at<double>(i));
@@ -238,7 +238,7 @@ TEST_F(OrthoTest, ExposuresAreLevelledAndSeamsAreBlended) {
 TEST_F(OrthoTest, WhatStandsBeforeAWallIsNotOnIt) {
   const cv::Mat wall = Wall();
   const cv::Mat part =
-      wall(cv::Rect(cv::Point(ColumnOf(5.3), RowOf(1.1)), cv::Point(ColumnOf(6.5), RowOf(0.1))));
+      wall(cv::Rect(cv::Point(ToColumn(5.3), ToRow(1.1)), cv::Point(ToColumn(6.5), ToRow(0.1))));
   cv::Mat grey, alpha;
   cv::extractChannel(part, grey, 0);
   cv::extractChannel(part, alpha, 3);
@@ -250,9 +250,9 @@ TEST_F(OrthoTest, WhatStandsBeforeAWallIsNotOnIt) {
 TEST_F(OrthoTest, OpeningsAreTransparent) {
   cv::Mat alpha;
   cv::extractChannel(Wall(), alpha, 3);
-  EXPECT_EQ(alpha.at<uint8_t>(RowOf(1.5), ColumnOf(3.0)), 0);
-  EXPECT_EQ(alpha.at<uint8_t>(RowOf(1.5), ColumnOf(2.51)), 255);  // its edge
-  EXPECT_EQ(alpha.at<uint8_t>(RowOf(1.5), ColumnOf(2.2)), 255);
+  EXPECT_EQ(alpha.at<uint8_t>(ToRow(1.5), ToColumn(3.0)), 0);
+  EXPECT_EQ(alpha.at<uint8_t>(ToRow(1.5), ToColumn(2.51)), 255);  // its edge
+  EXPECT_EQ(alpha.at<uint8_t>(ToRow(1.5), ToColumn(2.2)), 255);
 }
 
 TEST_F(OrthoTest, TheListSaysWhereImagesLie) {

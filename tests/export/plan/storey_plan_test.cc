@@ -9,6 +9,7 @@
 
 #include "data/core/error.h"
 #include "export/plan/drawing.h"
+#include "export/plan/symbols.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/temp_folder.h"
 
@@ -43,6 +44,15 @@ TEST(StoreyPlanTest, RoomsHaveNamesAreasAndHeights) {
   building.rooms[0].bounded = 0.6;
   EXPECT_THAT(TextsOf(MakePlans(building, {}).storeys[0].room_texts),
               Contains("about 12.00 m\u00b2"));
+}
+
+TEST(StoreyPlanTest, RoomsAndDoorsAreCalledAsPeopleCallThem) {
+  Building building = testing::MakeBuilding();
+  building.rooms[0].name = "K\u00fcche";
+  building.walls[0].openings[0].name = "D-01";
+  const StoreyPlan plan = MakePlans(building, {}).storeys[0];
+  EXPECT_THAT(TextsOf(plan.room_texts), Contains("K\u00fcche"));
+  EXPECT_EQ(OpeningText(building.walls[0].openings[0], false), "D-01 0.90 x 2.10");
 }
 
 TEST(StoreyPlanTest, RoomsOfWhichLittleIsHeldSaySo) {

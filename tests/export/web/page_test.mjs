@@ -1,5 +1,6 @@
 // The page of the room that room_map.h describes, as a user meets it.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, before, beforeEach, test } from 'node:test';
 import { drawnShare, launch, lookFrom, open, picture, settle } from './browser.mjs';
 
@@ -359,6 +360,27 @@ test('saves a picture, and prints one', async () => {
       }),
   );
   assert.ok(printed >= 600, `${printed} pixels`);
+});
+
+test('names are edited and saved with their places', async () => {
+  await page.locator('.names summary').click();
+  const field = page.getByLabel('Name of Room 1');
+  await field.click();
+  await page.keyboard.type('Mess "2"'); // s saves no picture there
+  await page.keyboard.press('Tab');
+  assert.equal(await page.locator('#labels .room').evaluate((l) => l.firstChild.textContent), 'Mess "2"');
+  const [download] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByText('Save names.yaml').click(),
+  ]);
+  assert.equal(download.suggestedFilename(), 'names.yaml');
+  const text = readFileSync(await download.path(), 'utf8');
+  const found = text.match(/^rooms:\n  - \{name: "Mess \\"2\\"", at: \[(.*), (.*), 1\.000\]\}\n$/);
+  assert.ok(found, text);
+  const [x, y] = [Number(found[1]), Number(found[2])];
+  assert.ok(x > 100 && x < 104 && y > 200 && y < 205, text); // in the map's world
+  await field.fill('');
+  await page.locator('.names summary').click();
 });
 
 test('a storey is shown from its floor to below its ceiling', async () => {
