@@ -107,7 +107,7 @@ StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const Odometry
   const bool uses_right = UsesRight(options.method, sequence->rig);
   if (uses_right) MendIntervals(sequence, {}, &mended);
   LogFindings(mended);
-  CheckReport report = Check(!uses_right, sequence);
+  CheckReport report = Check(!UsesTwoCameras(options.method, sequence->rig), sequence);
   LeaveOutHeld(options.calibration, &report);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);

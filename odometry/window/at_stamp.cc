@@ -176,8 +176,8 @@ void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
     jacobians[1] = by_pose.data();
     term.factor->Linearize(term.blocks.data(), residual.data(), jacobians.data());
     for (int camera = 0; 2 * camera < term.factor->rows(); ++camera) {
-      const auto by_readout = at_stamp.ByReadout(id, measurement.timed[camera],
-                                                 measurement.camera + static_cast<int>(camera));
+      const auto by_readout =
+          at_stamp.ByReadout(id, measurement.timed[camera], measurement.camera + camera);
       if (!by_readout) continue;
       Eigen::Matrix<double, 2, 7> row;
       row << by_pose.middleRows<2>(2 * camera), -model->geometry.weight * *by_readout;

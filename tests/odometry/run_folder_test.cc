@@ -47,6 +47,22 @@ TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.rectified_rig.camera_time_offset_s, 0.0125);
 }
 
+TEST_F(RunFolderTest, WhatTheSecondCameraAloneSawComesBack) {
+  OdometryRun run = testing::MakeSmallRun();
+  run.keyframes[0].observations[1].camera = 1;
+  LineObservation& line = run.keyframes[0].lines.emplace_back();
+  line = {4, {{1.5, 2}, {3, 4.25}}, std::nullopt, 1};
+  WriteRunFolder(folder_, run);
+  const Keyframe read = ReadRunFolder(folder_).keyframes[0];
+  EXPECT_EQ(read.observations[0].camera, 0);
+  EXPECT_EQ(read.observations[1].camera, 1);
+  EXPECT_EQ(read.observations[1].left_px, Eigen::Vector2d(100, 200));
+  EXPECT_FALSE(read.observations[1].right_px.has_value());
+  ASSERT_EQ(read.lines.size(), 1u);
+  EXPECT_EQ(read.lines[0].camera, 1);
+  EXPECT_EQ(read.lines[0].left_px.end, line.left_px.end);
+}
+
 TEST_F(RunFolderTest, TheVerdictComesBackWithWhatItIsBasedOn) {
   OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);

@@ -144,11 +144,23 @@ TEST(Rectifier, LimitsTheFieldOfViewOfAFisheye) {
   EXPECT_GT(angle_rad, 1.45);
 }
 
-TEST(Rectifier, CamerasThatSeeNothingInCommonOrStandBehindEachOtherAreAnError) {
-  Rig rig = EurocRig();
+TEST(Rectifier, CamerasThatLookApartKeepTheirOrientations) {
+  Rig rig = TumViRig();
   rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation({0, 3.14, 0});
-  EXPECT_THROW(Rectifier(rig, RectifierOptions()), DataError);
-  rig = EurocRig();
+  const Rectifier rectifier(rig, RectifierOptions());
+  const Rig& rectified = rectifier.rectified_rig();
+  EXPECT_FALSE(IsStereo(rectified));
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(rectified.T_imu_camera[i].rotation.isApprox(rig.T_imu_camera[i].rotation, 1e-12));
+    EXPECT_EQ(rectified.cameras[i].fx_px, rectified.cameras[0].fx_px);
+    const cv::Size size(rectified.cameras[i].width_px, rectified.cameras[i].height_px);
+    EXPECT_EQ(rectifier.mask(i).size(), size);
+    EXPECT_GT(cv::countNonZero(rectifier.mask(i)), 0.8 * size.area());
+  }
+}
+
+TEST(Rectifier, CamerasThatStandBehindEachOtherAreAnError) {
+  Rig rig = EurocRig();
   const RigidTransform& left = rig.T_imu_camera[0];
   rig.T_imu_camera[1].translation =
       left.translation + left.rotation * Eigen::Vector3d(0.01, 0, 0.1);

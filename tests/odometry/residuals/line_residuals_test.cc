@@ -73,6 +73,21 @@ TEST(StructuralLineResidual, JacobiansMatchDifferencesWithOneCameraAndAWeight) {
                                   StructuralBlocks(scene, line), 1e-6);
 }
 
+// Of two cameras that look apart: what the second one saw, with its calibration.
+TEST(LineResiduals, AreThoseOfTheCameraThatSawTheLine) {
+  const LineScene scene;
+  const Vector3d p = scene.Visible(), direction(1, 2, -0.4);
+  StereoLineMeasurement of_second{*scene.off.right, {}};
+  of_second.camera = 1;
+  const GeneralLineResidual both(&scene.geometry, scene.anchor, scene.off);
+  const GeneralLineResidual second(&scene.geometry, scene.anchor, of_second);
+  Blocks blocks = FreeLineBlocks(scene, direction);
+  EXPECT_EQ(Residual(second, blocks), Residual(both, blocks).tail<2>());
+  blocks.insert(blocks.begin() + 1, {0.02, -0.03, 0.01, 0.015, 1.5, -0.7});
+  ExpectJacobiansMatchDifferences(
+      GeneralLineResidual(&scene.geometry, scene.anchor, of_second, true), blocks, 1e-6);
+}
+
 TEST(StructuralLineResidual, IsSmoothThroughInfinity) {
   const LineScene scene;
   const StructuralLine line{LineAxis::kX, scene.anchor};
