@@ -363,8 +363,8 @@ void WriteCalibration(const std::string& path, const OdometryRun& run) {
     spdlog::warn("{} was not written: the calibration could not be estimated", path);
     return;
   }
-  WriteKalibrCalibration(
-      path, CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back()));
+  const Rig rig = CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+  WriteKalibrCalibration(path, WithoutStamps(rig, run.source->opened));
   spdlog::info("wrote {}", path);
 }
 
@@ -442,7 +442,8 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   OutputFolder output(arguments.run, RunFiles(), ListInputs(arguments));
   Sequence sequence = OpenPart(arguments);
   output.Open();
-  if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono) {
+  if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono &&
+      arguments.opened.cameras.size() != 1) {
     spdlog::warn("{}: found one camera, which is used alone: its map has no dense cloud",
                  sequence.folder);
   }
