@@ -338,11 +338,11 @@ MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
     map.source.sequence = run.source->sequence;
     map.source.opened = run.source->opened;
     map.source.version = run.source->version;
+    const Rig told = WithoutStamps(run.source->raw_rig, run.source->opened);
     if (!run.calibration.empty()) {
-      map.calibrated_rig =
-          CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+      map.calibrated_rig = CalibratedRig(told, run.rectified_rig, run.calibration.back());
     } else if (run.method == kExternalPoses) {
-      map.calibrated_rig = run.source->raw_rig;
+      map.calibrated_rig = told;
     }
   }
   map.method = run.method;

@@ -13,8 +13,10 @@
 #include <set>
 #include <tuple>
 
+#include "data/bag/bag.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
+#include "data/io/csv.h"
 #include "data/io/yaml.h"
 #include "data/source/sequence.h"
 
@@ -81,17 +83,17 @@ std::string NameOfFolder(const std::string& path) {
   return name;
 }
 
-// Those that the pattern stands for, sorted; others than folders are left out, and said.
+// Those that the pattern stands for, sorted; others than folders and bags are left out, and said.
 std::vector<std::string> MatchingFolders(const std::string& pattern) {
   std::vector<std::string> folders;
   glob_t found{};
   if (glob(pattern.c_str(), 0, nullptr, &found) == 0) {
     for (std::size_t i = 0; i < found.gl_pathc; ++i) {
       const std::string path = found.gl_pathv[i];
-      if (fs::is_directory(path)) {
+      if (fs::is_directory(path) || IsBag(path)) {
         folders.push_back(path);
       } else {
-        spdlog::warn("{}: left out, as it is no folder; slcmap convert makes one of a bag", path);
+        spdlog::warn("{}: left out, as it is no folder and no bag", path);
       }
     }
   }
@@ -104,8 +106,9 @@ SiteRecording ReadEntry(YamlSection section, const fs::path& folder) {
   SiteRecording entry;
   entry.building = kOnlyBuilding;
   section.Read("path", &entry.path);
-  section.Read("calibration", &entry.calibration);
-  section.Read("cameras", &entry.cameras);
+  section.Read("calibration", &entry.opened.calibration);
+  section.Read("cameras", &entry.opened.cameras);
+  section.Read("topics", &entry.opened.topics);
   section.Read("name", &entry.name);
   section.Read("building", &entry.building);
   section.Read("storey", &entry.storey);
@@ -114,7 +117,9 @@ SiteRecording ReadEntry(YamlSection section, const fs::path& folder) {
   if (entry.path.empty()) {
     throw ConfigError(section.place() + ".path: found none, expected a recording's folder");
   }
-  entry.calibration = FullPath(folder, entry.calibration);
+  std::vector<std::string> files = SplitAtCommas(entry.opened.calibration);
+  for (std::string& file : files) file = FullPath(folder, file);
+  entry.opened.calibration = fmt::format("{}", fmt::join(files, ","));
   return entry;
 }
 
@@ -173,10 +178,11 @@ void CheckRecording(const SiteRecording& recording, Faults* faults) {
     Warnings ignored;
     const std::string folder = LocateRecording(recording.path);
     if (IsBagRecording(recording.path)) return;  // may bring its own, which its job reads
-    if (recording.calibration.empty()) {
-      FindCalibration(folder, &ignored, Mirrored::kRefused, recording.cameras);
+    const SequenceOptions& opened = recording.opened;
+    if (opened.calibration.empty()) {
+      FindCalibration(folder, &ignored, Mirrored::kRefused, opened.cameras);
     } else {
-      ReadCalibration(recording.calibration, &ignored, Mirrored::kRefused, recording.cameras);
+      ReadCalibration(opened.calibration, &ignored, Mirrored::kRefused, opened.cameras);
     }
   } catch (const Error& error) {
     faults->Add(fmt::format("recording {}: {}", recording.name, error.what()));

@@ -4,13 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "data/source/sequence_source.h"
+
 namespace slcmap::inline batch {
 
 struct SiteRecording {
-  std::string name;          // of its folder: letters, digits, '.', '_' and '-'
-  std::string path;          // in full: an EuRoC (ASL) or TUM VI folder
-  std::string calibration;   // in full; "": its own
-  std::vector<int> cameras;  // empty: the best pair
+  std::string name;        // of its folder: letters, digits, '.', '_' and '-'
+  std::string path;        // in full: an EuRoC (ASL) or TUM VI folder, or a bag
+  SequenceOptions opened;  // calibration (paths in full), cameras and topics
   std::string building;
   std::string storey;  // "": not said, as of a walk through several
   std::string date;    // YYYY-MM-DD; "": not said

@@ -6,6 +6,7 @@
 
 #include "apps/batch/results.h"
 #include "data/io/json.h"
+#include "data/source/sequence_options_json.h"
 #include "data/version.h"
 
 namespace slcmap::inline batch {
@@ -114,15 +115,14 @@ void AddBuilding(const Site& site, const std::string& building, std::vector<Job>
 Json RecordingJson(const SiteRecording& recording) {
   return {{"name", recording.name},
           {"path", recording.path},
-          {"calibration", recording.calibration},
-          {"cameras", recording.cameras},
+          {"opened", OpenedJson(recording.opened)},
           {"building", recording.building},
           {"storey", recording.storey},
           {"date", recording.date}};
 }
 
 SiteRecording ParseRecording(const Json& json) {
-  return {json.at("name"),     json.at("path"),   json.at("calibration"), json.at("cameras"),
+  return {json.at("name"),     json.at("path"),   ParseOpened(json),
           json.at("building"), json.at("storey"), json.at("date")};
 }
 

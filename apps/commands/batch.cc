@@ -17,10 +17,12 @@
 #include "apps/commands/export.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/progress.h"
+#include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 #include "data/io/program_files.h"
+#include "data/source/sequence_options_json.h"
 #include "data/version.h"
 #include "export/export.h"
 
@@ -63,7 +65,11 @@ void CheckSiteFolder(const std::string& folder, const std::string& file, const S
 std::string ChecksumOfCalibrations(const SiteRecording& recording) {
   const fs::path asl = LocateRecording(recording.path);
   std::vector<fs::path> folders = {asl, asl.parent_path(), asl.parent_path() / "dso"};
-  if (!recording.calibration.empty()) folders = {recording.calibration};
+  const std::string& given = recording.opened.calibration;
+  if (!given.empty()) {
+    const std::vector<std::string> paths = SplitCalibrationPaths(given);
+    folders.assign(paths.begin(), paths.end());
+  }
   std::vector<std::string> files;
   std::error_code error;
   for (const fs::path& folder : folders) {
@@ -81,9 +87,9 @@ std::string ChecksumOfCalibrations(const SiteRecording& recording) {
 // All that decides what a recording's map is.
 std::string RecordingKey(const SiteRecording& recording, const Site& site,
                          const std::string& config) {
-  return Checksum(fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}", kVersion, SequenceId(recording.path),
-                              recording.calibration, ChecksumOfCalibrations(recording),
-                              fmt::join(recording.cameras, " "), site.method, config));
+  return Checksum(fmt::format("{}\n{}\n{}\n{}\n{}\n{}", kVersion, SequenceId(recording.path),
+                              OpenedJson(recording.opened).dump(),
+                              ChecksumOfCalibrations(recording), site.method, config));
 }
 
 // Jobs find the configuration as it was when they were planned.

@@ -13,6 +13,7 @@
 #include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/options.h"
 #include "apps/commands/place_stage.h"
 #include "apps/commands/progress.h"
 #include "apps/evaluation/trajectory_metrics.h"
@@ -88,13 +89,8 @@ std::vector<std::string> WithConfig(const SiteJob& job, std::vector<std::string>
 
 std::vector<std::string> OdometryCommand(const SiteJob& job, const SiteRecording& recording) {
   std::vector<std::string> command = {"odometry", recording.path, "-o", job.Own("run")};
-  if (!recording.calibration.empty()) {
-    command.insert(command.end(), {"--calibration", recording.calibration});
-  }
-  if (!recording.cameras.empty()) {
-    command.insert(command.end(),
-                   {"--cameras", fmt::format("{}", fmt::join(recording.cameras, ","))});
-  }
+  const std::vector<std::string> opened = SequenceArguments(recording.opened);
+  command.insert(command.end(), opened.begin(), opened.end());
   const std::string& method = job.workflow.site.method;
   if (!method.empty()) command.insert(command.end(), {"--method", method});
   return WithConfig(job, command);

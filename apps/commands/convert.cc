@@ -41,9 +41,7 @@ void LogCounts(const ConvertedCounts& counts) {
 std::unique_ptr<RecordingTables> OpenInput(const ConvertArguments& arguments) {
   SequenceOptions opened = arguments.opened;
   opened.needs_imu = false;
-  auto recording = OpenTables(arguments.input, opened);
-  spdlog::info("{}: {}", arguments.input, recording->form());
-  return recording;
+  return OpenTables(arguments.input, opened);
 }
 
 // Throws ConfigError where there is one already.

@@ -363,8 +363,8 @@ void WriteCalibration(const std::string& path, const OdometryRun& run) {
     spdlog::warn("{} was not written: the calibration could not be estimated", path);
     return;
   }
-  WriteKalibrCalibration(
-      path, CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back()));
+  const Rig rig = CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+  WriteKalibrCalibration(path, WithoutStamps(rig, run.source->opened));
   spdlog::info("wrote {}", path);
 }
 
@@ -444,7 +444,8 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   OutputFolder output(arguments.run, RunFiles(), ListInputs(arguments));
   Sequence sequence = OpenPart(arguments);
   output.Open();
-  if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono) {
+  if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono &&
+      arguments.opened.cameras.size() != 1) {
     spdlog::warn("{}: found {}: its map has no dense cloud", sequence.folder,
                  LooksApart(sequence.rig) ? "two cameras that look apart, which are both used"
                                           : "one camera, which is used alone");

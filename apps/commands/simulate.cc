@@ -108,8 +108,8 @@ void WriteBuildingTruth(const SimulateArguments& arguments) {
                building.walls.size(), building.rooms.size(), pipes.size());
 }
 
-// Into a folder. Returns the number of pairs.
-int SimulateFolder(const SimulateArguments& arguments) {
+// Into a folder, for an output of a name. Returns the number of pairs.
+int SimulateFolder(const SimulateArguments& arguments, const std::string& output) {
   const SimulationOptions& options = arguments.simulation;
   const ProcessCost before = CostSoFar();
   std::optional<RecordingBar> bar;
@@ -123,13 +123,12 @@ int SimulateFolder(const SimulateArguments& arguments) {
       StageProgress);
   bar.reset();
   if (summary.pairs < summary.planned_pairs) {
-    spdlog::warn("{}: interrupted, {} of {} pairs are written", options.folder, summary.pairs,
+    spdlog::warn("{}: interrupted, {} of {} pairs are written", output, summary.pairs,
                  summary.planned_pairs);
   }
   const double cpu_s = CostSoFar().cpu_s - before.cpu_s;
-  spdlog::info("wrote {}: {} pairs, {:.1f} s, {:.1f} m; {:.3f} s of CPU a pair", options.folder,
-               summary.pairs, summary.data_s, summary.distance_m,
-               cpu_s / std::max(summary.pairs, 1));
+  spdlog::info("{}: {} pairs, {:.1f} s, {:.1f} m; {:.3f} s of CPU a pair", output, summary.pairs,
+               summary.data_s, summary.distance_m, cpu_s / std::max(summary.pairs, 1));
   if (options.with_depth && summary.pairs > 0) {
     spdlog::info("the nearest surface is {:.2f} m away, in pair {}", summary.nearest_m,
                  summary.nearest_pair);
@@ -160,7 +159,7 @@ void SimulateBag(SimulateArguments arguments, const BagPacking& packing) {
   OutputBag output(path, packing, options.scene);
   const std::string bag = output.Begin();
   options.folder = bag + ".sequence";
-  if (SimulateFolder(arguments) == 0) return;
+  if (SimulateFolder(arguments, path) == 0) return;
   const auto recording = OpenTables(options.folder, {});
   Warnings warnings;
   const Rig rig = recording->FindCalibration({}, {}, &warnings).rig;
@@ -170,7 +169,7 @@ void SimulateBag(SimulateArguments arguments, const BagPacking& packing) {
   WriteBagRecording(*recording, {}, packing, false, bag, StageProgress("bag"), layout);
   output.Commit();
   fs::rename(options.folder + "/truth", truth);
-  spdlog::info("wrote {} and {}", path, truth);
+  spdlog::info("wrote {}, and {} with what is true", path, truth);
 }
 
 void RunSimulate(SimulateArguments arguments) {
@@ -183,7 +182,7 @@ void RunSimulate(SimulateArguments arguments) {
     throw ConfigError("--as: found it with the folder " + options.folder +
                       ", expected an -o that ends with .bag, .mcap or .db3");
   }
-  SimulateFolder(arguments);
+  SimulateFolder(arguments, options.folder);
 }
 
 void AddMotionOptions(SimulationOptions& options, CLI::App* command) {

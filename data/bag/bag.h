@@ -14,11 +14,12 @@
 
 namespace slcmap::inline data {
 
-// The kinds that are counted, the last by what decodes messages.
+// The kinds that are counted, the last two by what decodes messages.
 inline constexpr const char* kBagCutOff = "bags_cut_off";
 inline constexpr const char* kBagDamaged = "bag_parts_damaged";
 inline constexpr const char* kBagMissing = "bags_with_messages_missing";
 inline constexpr const char* kMessageUnreadable = "messages_that_cannot_be_decoded";
+inline constexpr const char* kMessageTwice = "messages_in_two_files_of_a_bag";
 
 // How the bytes of a topic's messages are laid out.
 enum class BagEncoding { kRos1, kCdr, kOther };

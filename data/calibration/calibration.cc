@@ -227,8 +227,8 @@ std::string KalibrCamera(const std::string& name, const Camera& camera,
 
 // Files that say nothing of a right camera are those of a rig of one.
 Calibration ReadPartsAlone(const std::vector<std::string>& paths, const std::string& place,
-                           Mirrored mirrored, const std::vector<int>& cameras) {
-  RigParts parts = ReadRigParts(paths, mirrored);
+                           Mirrored mirrored, const std::vector<int>& cameras, Warnings* warnings) {
+  RigParts parts = ReadRigParts(paths, mirrored, warnings);
   const bool tells_right = parts.cameras[1] || parts.T_imu_camera[1] || parts.T_left_right;
   if (!tells_right) parts.has_right = false;
   return MakeCalibration(parts, place, cameras);
@@ -358,8 +358,9 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
   std::string text;
   for (int i = 0; i < (HasTwoCameras(rig) ? 2 : 1); ++i) {
-    text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i],
-                         rig.camera_time_offset_s, rig.readout_s[i]);
+    const double shift_s = rig.camera_time_offset_s + (i == 1 ? rig.right_time_offset_s : 0);
+    text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i], shift_s,
+                         rig.readout_s[i]);
     if (i == 1) {
       text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0]);
     }
@@ -400,7 +401,7 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
   std::error_code error;
   if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
   const std::vector<std::string> paths = SplitCalibrationPaths(path);
-  if (TellsParts(path)) return ReadPartsAlone(paths, path, mirrored, cameras);
+  if (TellsParts(path)) return ReadPartsAlone(paths, path, mirrored, cameras, warnings);
   if (paths.size() == 2) {
     return ReadKalibrCalibration(paths[0], paths[1], warnings, mirrored, cameras);
   }

@@ -15,13 +15,15 @@ using Rows3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 // What is gathered of several files.
 struct Gathered {
-  RigParts parts;
+  RigParts parts;                 // of the file that is read
+  size_t cameras = 0;             // that files without a place of their own told
   std::vector<CameraInfo> infos;  // ROS': poses need both
   Mirrored mirrored = Mirrored::kRefused;
+  Warnings* warnings = nullptr;
 };
 
 // The left camera, then the right one; a third is an InputFault.
-void TakeCamera(const Camera& camera, const std::string& place, RigParts* parts);
+void TakeCamera(const Camera& camera, const std::string& place, Gathered* gathered);
 
 // All of them must be there.
 std::vector<double> ReadNumbers(YamlSection* section, const std::vector<std::string>& keys);

@@ -18,14 +18,14 @@
 
 namespace slcmap::inline data {
 // The left camera, then the right one.
-void TakeCamera(const Camera& camera, const std::string& place, RigParts* parts) {
-  const size_t i = parts->cameras[0] ? 1 : 0;
-  if (parts->cameras[i]) {
+void TakeCamera(const Camera& camera, const std::string& place, Gathered* gathered) {
+  const size_t i = gathered->cameras++;
+  if (i > 1) {
     throw InputFault("calibration", place + ": found a third camera, expected left and right",
                      "name the files of the two cameras of the pair");
   }
-  parts->cameras[i] = camera;
-  parts->found.push_back(fmt::format("{} camera of {}", i == 0 ? "left" : "right", place));
+  gathered->parts.cameras[i] = camera;
+  gathered->parts.found.push_back(fmt::format("{} camera of {}", i == 0 ? "left" : "right", place));
 }
 
 std::vector<double> ReadNumbers(YamlSection* section, const std::vector<std::string>& keys) {
@@ -68,7 +68,7 @@ void ReadRos(YamlSection* root, Gathered* gathered) {
   info.r = Eigen::Map<const Rows3>(RequiredMatrix(*root, "rectification_matrix", 3, 3).data());
   info.p = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
       RequiredMatrix(*root, "projection_matrix", 3, 4).data());
-  TakeCamera(CameraFromInfo(info, ImageKind::kRaw), info.place, &gathered->parts);
+  TakeCamera(CameraFromInfo(info, ImageKind::kRaw), info.place, gathered);
   gathered->infos.push_back(info);
 }
 
@@ -102,7 +102,7 @@ void ReadOpenCvCameras(YamlSection* root, Gathered* gathered) {
     const std::vector<double> k = RequiredMatrix(*root, FirstKey(*root, names), 3, 3);
     const std::string d = FirstKey(*root, StereoNames("D", "distCoeffs", i));
     const CameraWords words{"pinhole", model, {k[0], k[4], k[2], k[5]}, ReadData(root, d)};
-    TakeCamera(RequiredCamera(words, size, root->place()), root->place(), &gathered->parts);
+    TakeCamera(RequiredCamera(words, size, root->place()), root->place(), gathered);
   }
 }
 
@@ -198,6 +198,27 @@ const CalibrationForm* FindForm(const YamlSection& root) {
   return form == std::end(kForms) ? nullptr : form;
 }
 
+// Of two files that tell the same, which is right is not known.
+void RefuseTwice(const RigParts& one, const std::string& of_one, const RigParts& other,
+                 const std::string& of_other) {
+  const auto refuse = [&](bool both, const char* what) {
+    if (!both) return;
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: found {}, which {} tells as well, expected it once", of_other, what,
+                    of_one),
+        fmt::format("leave it out of {} or {}, or name one of them", of_one, of_other));
+  };
+  for (const size_t i : {0, 1}) {
+    const char* const side = i == 0 ? "left" : "right";
+    refuse(one.cameras[i] && other.cameras[i], fmt::format("the {} camera", side).c_str());
+    refuse(one.T_imu_camera[i] && other.T_imu_camera[i],
+           fmt::format("the {} camera's pose to the IMU", side).c_str());
+  }
+  refuse(one.T_left_right && other.T_left_right, "the right camera's pose to the left one");
+  refuse(one.imu_noise && other.imu_noise, "the IMU's noise");
+}
+
 // Both of ROS' cameras together tell how they stand.
 void TakeInfoPoses(Gathered* gathered) {
   if (gathered->infos.size() != 2 || gathered->parts.T_left_right) return;
@@ -234,9 +255,13 @@ std::optional<std::string> FindCalibrationForm(const std::string& path) {
   });
 }
 
-RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored) {
+RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored,
+                      Warnings* warnings) {
   return AsDataErrors([&] {
-    Gathered gathered{.parts = {}, .infos = {}, .mirrored = mirrored};
+    Gathered gathered;
+    gathered.mirrored = mirrored;
+    gathered.warnings = warnings;
+    std::vector<RigParts> told;  // by each file
     for (const std::string& path : paths) {
       YamlSection root = YamlSection::FromFile(path);
       const CalibrationForm* form = FindForm(root);
@@ -248,8 +273,13 @@ RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored) 
                              "a part of Kalibr's",
                          "name a whole Kalibr chain alone, or files of these forms");
       }
+      gathered.parts = {};
       form->read(&root, &gathered);
+      for (size_t i = 0; i < told.size(); ++i) RefuseTwice(told[i], paths[i], gathered.parts, path);
+      told.push_back(gathered.parts);
     }
+    gathered.parts = {};
+    for (const RigParts& parts : told) AddParts(parts, &gathered.parts);
     TakeInfoPoses(&gathered);
     return gathered.parts;
   });

@@ -18,6 +18,8 @@
 
 namespace slcmap::inline data {
 
+inline constexpr const char* kRightAtLeft = "right_cameras_at_the_left_by_calibration";  // counted
+
 // A file or folder, or several by commas, as --calibration names them.
 std::vector<std::string> SplitCalibrationPaths(const std::string& path);
 
@@ -29,7 +31,7 @@ std::optional<std::string> FindCalibrationForm(const std::string& path);
 
 // What files of these forms say together; cameras without a place of their own are left, then
 // right. Noise that VINS has is tuned to it, and is not taken. Throws InputFault naming file and
-// key, and for files of no such form.
-RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored);
+// key, for files of no such form, and for two files that tell the same.
+RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored, Warnings* warnings);
 
 }  // namespace slcmap::data

@@ -8,6 +8,7 @@
 
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"
+#include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
 
 namespace slcmap::inline data {
@@ -58,6 +59,12 @@ void ReadOrbSlam(YamlSection* root, Gathered* gathered) {
     parts.T_left_right = {Eigen::Quaterniond::Identity(), {baseline_m, 0, 0}};
   } else if (parts.has_right) {
     parts.T_left_right = RequiredTransform(*root, "Stereo.T_c1_c2", true, gathered->mirrored);
+    // ORB-SLAM3 itself wants the left camera first.
+    const Eigen::Vector3d& at = parts.T_left_right->translation;
+    if (at.x() < -0.5 * at.norm()) {
+      gathered->warnings->Add(kRightAtLeft,
+                              place + ": Stereo.T_c1_c2 is inverted, or its cameras are swapped");
+    }
   }
   if (root->Has("IMU.T_b_c1")) {
     parts.T_imu_camera[0] = RequiredTransform(*root, "IMU.T_b_c1", true, gathered->mirrored);
@@ -125,7 +132,7 @@ Camera ReadVinsCamera(YamlSection* root) {
 }  // namespace
 
 void ReadVinsCameraFile(YamlSection* root, Gathered* gathered) {
-  TakeCamera(ReadVinsCamera(root), root->place(), &gathered->parts);
+  TakeCamera(ReadVinsCamera(root), root->place(), gathered);
 }
 
 namespace {
@@ -155,7 +162,7 @@ void ReadVins(YamlSection* root, Gathered* gathered) {
   parts.has_right = cameras > 1;
   for (int i = 0; i < std::min(cameras, 2); ++i) {
     if (root->Has("model_type")) {
-      TakeCamera(ReadVinsCamera(root), root->place(), &parts);
+      TakeCamera(ReadVinsCamera(root), root->place(), gathered);
       continue;
     }
     const auto name = RequiredValue<std::string>(*root, fmt::format("cam{}_calib", i));

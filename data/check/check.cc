@@ -75,6 +75,8 @@ constexpr Remedy kRemedies[] = {
     {kBagMissing, "bag-missing", "copy all files of the bag; what is missing is left out"},
     {kMessageUnreadable, "messages",
      "record the messages of these topics whole; those that cannot be read are left out"},
+    {kMessageTwice, "bag-overlap",
+     "nothing: its files overlap in time, and each message is taken once"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
     {kTimeShiftsDiffer, "time-shifts",

@@ -38,6 +38,9 @@ void FileWriter::Fail(const char* what) const {
 namespace fs = std::filesystem;
 
 std::string ReadFile(const std::string& path) {
+  if (const std::string found = NoFileAt(path); !found.empty()) {
+    throw DataError(fmt::format("{}: found {}, expected a file", path, found));  // a pipe may wait
+  }
   const FileHandle file(std::fopen(path.c_str(), "rb"));
   if (!file) throw DataError(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
   std::string bytes;

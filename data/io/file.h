@@ -40,7 +40,8 @@ class FileWriter {
   FileHandle file_;
 };
 
-// The bytes of a file. Throws DataError when it is missing or cannot be read.
+// The bytes of a file. Throws DataError when it is missing, is a folder, pipe or device, or cannot
+// be read.
 std::string ReadFile(const std::string& path);
 
 // A text without the UTF-8 byte order mark that some editors put at its start.

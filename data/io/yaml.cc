@@ -131,10 +131,6 @@ std::string KeyPlace(const std::string& place, const std::string& key) {
 }  // namespace
 
 YamlSection YamlSection::FromFile(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw ConfigError(path + ": found a folder, expected a YAML file");
-  }
   std::string text;
   try {
     text = WithoutByteOrderMark(ReadFile(path));

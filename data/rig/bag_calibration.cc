@@ -250,7 +250,7 @@ Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string&
     return ReadCalibration(beside, warnings, mirrored, cameras);
   }
   RigParts parts;
-  if (!beside.empty()) parts = ReadRigParts(SplitCalibrationPaths(beside), mirrored);
+  if (!beside.empty()) parts = ReadRigParts(SplitCalibrationPaths(beside), mirrored, warnings);
   parts.has_right = parts.has_right && !topics.right.empty();
   const auto profile = KnownProfiles().find(topics.profile);
   const bool is_known = profile != KnownProfiles().end();

@@ -35,12 +35,15 @@ std::string ListTopics(const Bag& bag) {
 }
 
 [[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
+  const bool is_cut_off = bag.warnings().Count(kBagCutOff) > 0;
   throw InputFault(
       "bag_topics",
-      fmt::format("{}: found {}, expected one rig's; there are {}", bag.path(), what,
-                  ListTopics(bag)),
-      "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
-      "camera, gyro=/d,accel=/e for two topics of an IMU");
+      fmt::format("{}: found {}{}, expected one rig's; there are {}", bag.path(), what,
+                  is_cut_off ? ", and that the bag is cut off" : "", ListTopics(bag)),
+      std::string(is_cut_off ? "copy the bag again from where it was recorded; where it is whole, "
+                             : "") +
+          "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for "
+          "one camera, gyro=/d,accel=/e for two topics of an IMU");
 }
 
 using IsOfType = bool (*)(const BagTopic&);

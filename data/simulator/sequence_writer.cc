@@ -11,9 +11,9 @@
 #include <mutex>
 #include <vector>
 
+#include "data/calibration/calibration.h"
 #include "data/calibration/camera_times.h"
 #include "data/calibration/camera_words.h"
-#include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
 #include "data/core/parallel.h"
 #include "data/io/file.h"
@@ -54,26 +54,16 @@ namespace {
 
 std::string CameraName(int camera) { return fmt::format("cam{}", camera); }
 
-std::string MatrixRows(const RigidTransform& transform, const char* row_format,
-                       const char* separator) {
-  const Eigen::Matrix4d m = transform.Matrix();
-  std::string text;
-  for (int r = 0; r < 4; ++r) {
-    if (r > 0) text += separator;
-    text += fmt::format(fmt::runtime(row_format), m(r, 0), m(r, 1), m(r, 2), m(r, 3));
-  }
-  return text;
-}
-
 std::string AslTransform(const RigidTransform& T_body_sensor) {
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = T_body_sensor.Matrix();
   return fmt::format("T_BS:\n  cols: 4\n  rows: 4\n  data: [{}]\n",
-                     MatrixRows(T_body_sensor, "{}, {}, {}, {}", ",\n         "));
+                     fmt::join(m.data(), m.data() + m.size(), ", "));
 }
 
 // Nothing for a global shutter.
-std::string ReadoutLine(const Rig& rig, int camera, const char* indent) {
+std::string ReadoutLine(const Rig& rig, int camera) {
   const double readout_s = rig.readout_s[camera];
-  return readout_s == 0 ? "" : fmt::format("{}{}: {}\n", indent, kReadoutKey, readout_s);
+  return readout_s == 0 ? "" : fmt::format("{}: {}\n", kReadoutKey, readout_s);
 }
 
 std::string AslCamera(const Rig& rig, int index, double rate_hz) {
@@ -86,7 +76,7 @@ std::string AslCamera(const Rig& rig, int index, double rate_hz) {
       AslTransform(rig.T_imu_camera[index]), rate_hz, camera.width_px, camera.height_px,
       words.camera_model, fmt::join(words.intrinsics, ", "),
       words.distortion_model == "radtan" ? "radial-tangential" : words.distortion_model,
-      fmt::join(words.coefficients, ", "), ReadoutLine(rig, index, ""));
+      fmt::join(words.coefficients, ", "), ReadoutLine(rig, index));
 }
 
 std::string AslImu(const ImuNoise& noise) {
@@ -98,30 +88,6 @@ std::string AslImu(const ImuNoise& noise) {
       "accelerometer_random_walk: {} # [ m / s^3 / sqrt(Hz) ]\n",
       AslTransform({}), noise.rate_hz, noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
       noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz);
-}
-
-std::string KalibrCamera(const Rig& rig, int index) {
-  const Camera& camera = rig.cameras[index];
-  const CameraWords words = DescribeCamera(camera);
-  return fmt::format(
-      "{}:\n  camera_model: {}\n  intrinsics: [{}]\n  distortion_model: {}\n"
-      "  distortion_coeffs: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n"
-      "{}  T_imu_cam:\n{}\n",
-      CameraName(index), words.camera_model, fmt::join(words.intrinsics, ", "),
-      words.distortion_model, fmt::join(words.coefficients, ", "), camera.width_px,
-      camera.height_px, rig.camera_time_offset_s, ReadoutLine(rig, index, "  "),
-      MatrixRows(rig.T_imu_camera[index], "    - [{}, {}, {}, {}]", "\n"));
-}
-
-std::string KalibrImu(const Rig& rig) {
-  const ImuNoise& noise = rig.imu_noise;
-  return fmt::format(
-             "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
-             "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
-             "  update_rate: {}\n",
-             noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
-             noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.rate_hz) +
-         KalibrImuCorrection(rig.imu_correction);
 }
 
 std::string Row(const Eigen::Vector3d& v) {
@@ -152,8 +118,9 @@ void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) cons
 }
 
 void SequenceWriter::WriteTrueRig(const Rig& rig) const {
-  WriteFile(truth_folder_ + "/rig.yaml",
-            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig));
+  Rig told = rig;
+  told.right_time_offset_s = 0;  // right images have stamps of their own
+  WriteKalibrCalibration(truth_folder_ + "/rig.yaml", told);
 }
 
 void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {

@@ -9,6 +9,8 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <ranges>
+#include <set>
 #include <unordered_map>
 
 #include "data/bag/bytes.h"
@@ -140,10 +142,14 @@ class BagReader {
       const BagTopic& topic = bag->topics()[i];
       if (IsOfCamera(topic) || IsOfImu(topic)) chosen.push_back(i);
     }
+    uint32_t file = 0;
     bag->Visit(chosen, kHead, [&](const BagPlace& place, BagBytes head) {
+      if (place.file != file) LeaveOutTwins();
+      file = place.file;
       Add(bag->topics()[place.topic], place, head);
       return true;
     });
+    LeaveOutTwins();
     listing_.warnings.Merge(bag->warnings());
   }
 
@@ -167,11 +173,43 @@ class BagReader {
     } catch (const InputFault&) {
       throw;
     } catch (const DataError& error) {
-      listing_.warnings.Add(
-          kMessageUnreadable,
-          fmt::format("{}: {}: {}", listing_.store->bag()->path(), topic.name, error.what()));
+      listing_.warnings.Add(kMessageUnreadable,
+                            fmt::format("{}: {}: {}", Path(), topic.name, error.what()));
     }
   }
+
+  // Of the file that has been read, what stands in those before as well: they may overlap.
+  void LeaveOutTwins() {
+    const auto of_image = [](const ImageFile& image) { return std::pair(image.stamp_ns, false); };
+    const auto of_sample = [](const ImuRow& row) {
+      return std::pair(row.stamp_ns, row.angular_velocity_rad_s.hasNaN());
+    };
+    for (size_t i = 0; i < 2; ++i) EraseTwins(of_image, &listing_.images[i], &before_[i]);
+    EraseTwins(of_sample, &listing_.imu, &before_[2]);
+  }
+
+  template <typename Key, typename Row>
+  void EraseTwins(const Key& key, std::vector<Row>* rows, size_t* before) {
+    const auto first = rows->begin() + static_cast<std::ptrdiff_t>(*before);
+    if (first != rows->begin() && first != rows->end()) {
+      const auto earliest =
+          std::ranges::min(std::ranges::subrange(first, rows->end()) | std::views::transform(key));
+      std::set<std::pair<int64_t, bool>> known;
+      for (auto row = rows->begin(); row != first; ++row) {
+        if (key(*row) >= earliest) known.insert(key(*row));
+      }
+      rows->erase(std::remove_if(first, rows->end(),
+                                 [&](const Row& row) {
+                                   const bool is_twin = known.contains(key(row));
+                                   if (is_twin) listing_.warnings.Add(kMessageTwice, Path());
+                                   return is_twin;
+                                 }),
+                  rows->end());
+    }
+    *before = rows->size();
+  }
+
+  const std::string& Path() const { return listing_.store->bag()->path(); }
 
   void AddPixels(const BagTopic& topic, const BagPlace& place, BagBytes head) {
     const auto image = DecodeMessage<RosImage>(topic.encoding, head);
@@ -222,6 +260,7 @@ class BagReader {
 
   BagListing& listing_;
   const RecordingTopics& topics_;
+  std::array<size_t, 3> before_{};  // rows of earlier files: left and right images, the IMU
 };
 
 std::shared_ptr<const BagListing> ListBag(const std::string& path, const std::string& said,
@@ -239,8 +278,9 @@ std::shared_ptr<const BagListing> ListBag(const std::string& path, const std::st
 }
 
 // Those that were listed last: the stages of a run open the same bag one after another, and one
-// that is packed is read whole for its list.
-std::shared_ptr<const BagListing> KnownListing(const std::string& path, const std::string& said) {
+// that is packed is read whole for its list. Without `lists`, nullptr of one that is not known.
+std::shared_ptr<const BagListing> KnownListing(const std::string& path, const std::string& said,
+                                               bool lists = true) {
   constexpr size_t kMostKept = 2;  // as two recordings are compared or merged
   struct Known {
     std::string key, said;
@@ -257,6 +297,7 @@ std::shared_ptr<const BagListing> KnownListing(const std::string& path, const st
     known.splice(known.begin(), known, it);
     return known.front().listing;
   }
+  if (!lists) return nullptr;
   known.push_front({key, said, ListBag(path, said, state)});
   if (known.size() > kMostKept) known.pop_back();
   return known.front().listing;
@@ -332,10 +373,12 @@ std::string DescribeRoles(const std::string& name, const RecordingTopics& topics
 std::vector<RecordedTopic> ListRecordedTopics(const std::string& path, const std::string& said) {
   std::vector<RecordedTopic> listed;
   if (!IsBagRecording(path)) return listed;
-  const std::unique_ptr<Bag> bag = OpenBag(path);
+  const auto listing = KnownListing(path, said, false);
+  const std::unique_ptr<Bag> opened = listing ? nullptr : OpenBag(path);
+  Bag* const bag = listing ? listing->store->bag() : opened.get();
   RecordingTopics taken;
   try {
-    taken = ChooseTopics(bag.get(), ParseTopics(said), false);
+    taken = listing ? listing->topics : ChooseTopics(bag, ParseTopics(said), false);
   } catch (const InputFault&) {  // which the check tells
   }
   for (const BagTopic& topic : bag->topics()) {

@@ -172,8 +172,13 @@ void CarryAlong(const fs::path& from, const fs::path& to) {
   copy(whole.parent_path() / "truth", to / "truth");
 }
 
-// Bags have stamps of 32 bits of seconds.
-void RequireStamps(const RecordingTables& recording, const PartRows& rows) {
+// Bags have stamps of 32 bits of seconds. Logs beside videos may begin before these do, at 0.
+void RequireStamps(const RecordingTables& recording, PartRows* some, Warnings* warnings) {
+  PartRows& rows = *some;
+  std::erase_if(rows.imu, [&](const ImuRow& row) {
+    if (row.stamp_ns < 0) warnings->Add("samples_before_time_zero", recording.NameTable("imu0"));
+    return row.stamp_ns < 0;
+  });
   constexpr int64_t kMost_ns = int64_t{std::numeric_limits<int32_t>::max()} * 1'000'000'000;
   const auto require = [&](const std::string& sensor, int64_t stamp_ns) {
     if (stamp_ns >= 0 && stamp_ns <= kMost_ns) return;
@@ -393,7 +398,7 @@ ConvertedCounts WriteBagRecording(const RecordingTables& recording, const Sequen
     std::erase_if(rows.images, [&](const auto& of) { return layout->ImagesOf(of.first).empty(); });
   }
   RequireImages(recording, part, rows);
-  RequireStamps(recording, rows);
+  RequireStamps(recording, &rows, &of_reading);
   OpenedBag bag{packing.form == "bag" ? BagEncoding::kRos1 : BagEncoding::kCdr,
                 CreateBag(path, packing), layout};
   const SharedImageStore images = recording.images();

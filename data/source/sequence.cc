@@ -432,6 +432,8 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   sequence.opened = WithWholePaths(options);
   sequence.opened.cameras = sequence.cameras;
   sequence.opened.topics = recording->topics();
+  sequence.opened.right_stamped_later_s =
+      sequence.rig.right_time_offset_s - calibration.rig.right_time_offset_s;
   return sequence;
 }
 

@@ -23,6 +23,8 @@ inline Json OpenedJson(const SequenceOptions& opened) {
                {"right_offset_s", opened.right_offset_s}};
   if (!pieces.empty()) json["pieces"] = pieces;
   if (!opened.topics.empty()) json["topics"] = opened.topics;
+  if (opened.right_stamped_later_s != 0)
+    json["right_stamped_later_s"] = opened.right_stamped_later_s;
   return json;
 }
 
@@ -37,6 +39,7 @@ inline SequenceOptions ParseOpened(const Json& holder) {
   opened.max_stereo_offset_s = json.at("pair_tolerance_s").get<double>();
   opened.right_offset_s = json.at("right_offset_s").get<double>();
   opened.topics = json.value("topics", "");
+  opened.right_stamped_later_s = json.value("right_stamped_later_s", 0.0);
   for (const Json& piece : json.value("pieces", Json::array())) {
     opened.pieces.push_back({piece.at("from_ns").get<int64_t>(), piece.at("to_ns").get<int64_t>(),
                              piece.at("later").get<int>(), piece.at("late").get<int>(),

@@ -42,7 +42,16 @@ struct SequenceOptions {
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
   std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
   std::string topics = {};  // of a bag, as data/bag/topics.h parses them; "": by types and names
+  // Found, not asked for: what right stamps tell of Rig::right_time_offset_s.
+  double right_stamped_later_s = 0;
 };
+
+// The rig as a calibration of its own tells it: who opens the recording with that adds what the
+// stamps tell.
+inline Rig WithoutStamps(Rig rig, const SequenceOptions& opened) {
+  rig.right_time_offset_s -= opened.right_stamped_later_s;
+  return rig;
+}
 
 // A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
 // looks at the right image on keyframes only.

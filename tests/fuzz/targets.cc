@@ -295,7 +295,7 @@ std::vector<Target> DataTargets() {
                  {[=](const auto& path) { ReadKalibrCalibration(path, path, warnings.get()); },
                   [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
           OfFile("other_calibration", "calibration.yaml", OtherCalibrations,
-                 {[](const auto& path) { ReadRigParts({path}, Mirrored::kRefused); },
+                 {[=](const auto& path) { ReadRigParts({path}, Mirrored::kRefused, warnings.get()); },
                   [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
           OfFile("profile", "profile.yaml",
                  [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/profiles"); },

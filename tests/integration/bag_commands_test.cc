@@ -104,6 +104,28 @@ TEST_F(BagCommands, PartsAndFoldersAreConvertedWithWhatBelongsToThem) {
   EXPECT_TRUE(fs::exists(part + "/mav0/state_groundtruth_estimate0/data.csv"));
   EXPECT_TRUE(fs::exists(part + "/mav0/truth/edges.csv"));
   EXPECT_EQ(std::distance(fs::directory_iterator(part + "/mav0/cam1/data"), {}), 6);
+  ExpectError(RunSlcmap("-q convert " + folder_.Path("mav0") + " " + part), 2,
+              "found a recording already, expected none: remove ");
+}
+
+TEST_F(BagCommands, TheSimulatorWritesBagsAsARigWould) {
+  folder_.Write("rig.yaml", testing::RigYaml(4));
+  folder_.Write(
+      "scene.yaml",
+      "objects: [{kind: slab, at: [-5, -5, 0], size: [20, 10], material: carpet}]\n"
+      "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [1, 0, 1]], stand_still_s: 0.5}\n");
+  const std::string bag = folder_.Path("walk.mcap");
+  const std::string command = "-q simulate " + folder_.Path("scene.yaml") + " --rate 4 --rig " +
+                              folder_.Path("rig.yaml") + " -o ";
+  const ProcessResult made = RunSlcmap(command + bag + " --as oak_d");
+  ASSERT_EQ(made.exit_code, 0) << made.error;
+  EXPECT_TRUE(fs::exists(folder_.Path("walk_truth/trajectory.tum")));
+  const ProcessResult shown = RunSlcmap("calibration " + bag);
+  EXPECT_THAT(shown.output, HasSubstr("/oak/left/camera_info of rectified images"));
+  EXPECT_THAT(shown.output, HasSubstr("pinhole none"));
+  ExpectError(RunSlcmap(command + bag + " --as oak_d"), 2, "walk_truth: found something there");
+  ExpectError(RunSlcmap(command + folder_.Path("b.bag") + " --as oak"), 2, "did you mean 'oak_d'?");
+  ExpectError(RunSlcmap(command + folder_.Path("c") + " --as oak_d"), 2, "ends with .bag");
 }
 
 TEST_F(BagCommands, WrongUsageOfConvertIsTold) {

@@ -163,6 +163,8 @@ TEST(Odometry, OneCameraIsEnough) {
   const ProcessResult mono = RunSlcmap(command);
   EXPECT_EQ(mono.exit_code, 0) << mono.error;
   EXPECT_THAT(mono.error, HasSubstr("found one camera, which is used alone"));
+  const ProcessResult said = RunSlcmap(command + " --cameras 0");
+  EXPECT_THAT(said.error, Not(HasSubstr("found one camera"))) << "it was asked for";
   EXPECT_EQ(RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
 }
 

@@ -45,6 +45,19 @@ TEST_F(SiteFile, APatternStandsForAllFoldersThatMatch) {
   EXPECT_EQ(site.method, "points");
 }
 
+TEST_F(SiteFile, BagsHaveTopicsAndRecordingsListsOfCalibrations) {
+  folder_.Write("walks/c.bag", "#ROSBAG V2.0\n");
+  folder_.Write("rig.yaml", "");
+  const Site site = Read(
+      "recordings:\n- {path: walks/c.*, topics: 'left=/l,imu=/i', calibration: "
+      "'rig.yaml,imu.yaml'}\n");
+  ASSERT_EQ(site.recordings.size(), 1u);
+  const SequenceOptions& opened = site.recordings[0].opened;
+  EXPECT_EQ(opened.topics, "left=/l,imu=/i");
+  const std::string folder = std::filesystem::canonical(folder_.Path());
+  EXPECT_EQ(opened.calibration, folder + "/rig.yaml," + folder + "/imu.yaml");
+}
+
 TEST_F(SiteFile, RecordingsAreInTheOrderOfTheirDays) {
   const Site site = Read(
       "recordings:\n- {path: walks/a, date: 2026-03-02}\n- {path: walks/b, date: 2026-03-01}\n");

@@ -107,11 +107,13 @@ class SiteFolder : public ::testing::Test {
 };
 
 TEST_F(SiteFolder, ComesBackAsWritten) {
-  workflow_.site.recordings[1].cameras = {0, 2};
+  workflow_.site.recordings[1].opened.cameras = {0, 2};
+  workflow_.site.recordings[1].opened.topics = "left=/a,imu=/c";
   workflow_.jobs.back().plan = SitePlan{"", "", "/plan.png", 0.0125};
   WriteWorkflow(folder_.Path(), workflow_);
   const Workflow read = ReadWorkflow(folder_.Path());
-  EXPECT_EQ(read.FindRecording("b").cameras, workflow_.site.recordings[1].cameras);
+  EXPECT_EQ(read.FindRecording("b").opened.cameras, workflow_.site.recordings[1].opened.cameras);
+  EXPECT_EQ(read.FindRecording("b").opened.topics, "left=/a,imu=/c");
   EXPECT_EQ(read.Find("merges/A").after, workflow_.Find("merges/A").after);
   EXPECT_EQ(read.jobs.back().plan->pixel_m, 0.0125);
   EXPECT_THROW(read.Find("merges/B"), DataError);

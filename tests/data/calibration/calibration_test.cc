@@ -285,6 +285,7 @@ TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {
   Calibration given =
       ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
   given.rig.camera_time_offset_s = -0.0123;
+  given.rig.right_time_offset_s = 0.0075;
   const TempFolder folder;
   Warnings warnings;
   WriteKalibrCalibration(folder.Path("camchain.yaml"), given.rig);
@@ -297,6 +298,7 @@ TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {
     EXPECT_EQ(read.cameras[i].coefficients, given.rig.cameras[i].coefficients);
   }
   EXPECT_EQ(read.camera_time_offset_s, -0.0123);
+  EXPECT_NEAR(read.right_time_offset_s, 0.0075, 1e-12);
   EXPECT_EQ(read.imu_noise.gyro_noise_rad_s_sqrthz, given.rig.imu_noise.gyro_noise_rad_s_sqrthz);
 }
 

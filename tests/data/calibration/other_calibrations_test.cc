@@ -286,6 +286,33 @@ INSTANTIATE_TEST_SUITE_P(
                       TwinCase{"OpenCv", "radtan", WriteOpenCv, true, true}),
     [](const auto& test) { return std::string(test.param.name); });
 
+TEST(OtherForms, TwoFilesThatTellTheSameAreBothNamed) {
+  const TempFolder folder;
+  Warnings warnings;
+  const Rig rig = TwinRig("radtan");
+  const std::string orb = WriteOrbSlam(folder, rig), pose = WritePart(folder, rig);
+  const std::string ros = WriteRos(folder, rig);
+  const auto refusal = [&](const std::string& paths) {
+    return MessageOf<InputFault>([&] { ReadCalibration(paths, &warnings); });
+  };
+  EXPECT_THAT(refusal(orb + "," + pose), AllOf(HasSubstr("pose.yaml: found the left camera's pose"),
+                                               HasSubstr("orb.yaml tells as well")));
+  EXPECT_THAT(refusal(orb + "," + folder.Path("right.yaml")),
+              AllOf(HasSubstr("right.yaml: found the left camera, which"), HasSubstr("orb.yaml")));
+  EXPECT_THAT(refusal(folder.Path("right.yaml") + "," + ros), HasSubstr("a third camera"));
+}
+
+TEST(OtherForms, AnInvertedTransformOfOrbSlamIsTold) {
+  const TempFolder folder;
+  Warnings warnings;
+  Rig rig = TwinRig("radtan");
+  ReadCalibration(WriteOrbSlam(folder, rig), &warnings);
+  EXPECT_EQ(warnings.Count(kRightAtLeft), 0);
+  rig.T_imu_camera[1] = rig.T_imu_camera[0] * LeftRight(rig).Inverse();
+  ReadCalibration(WriteOrbSlam(folder, rig), &warnings);
+  EXPECT_EQ(warnings.Count(kRightAtLeft), 1);
+}
+
 TEST(OtherForms, BasaltsScaleIsTheImusCorrection) {
   const TempFolder folder;
   Warnings warnings;

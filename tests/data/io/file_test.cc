@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 
@@ -32,8 +33,11 @@ TEST(File, ErrorsNameTheFileAndTheCause) {
   const testing::TempFolder folder;
   for (const std::string path : {folder.Path("none"), folder.Path()}) {
     EXPECT_THAT(MessageOf<DataError>([&] { ReadFile(path); }),
-                HasSubstr(path == folder.Path() ? "Is a directory" : "No such file"));
+                HasSubstr(path == folder.Path() ? "found a folder" : "No such file"));
   }
+  ASSERT_EQ(mkfifo(folder.Path("pipe").c_str(), 0600), 0);  // nobody will ever write into it
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadFile(folder.Path("pipe")); }),
+              HasSubstr("pipe: found a pipe, expected a file"));
   EXPECT_THAT(MessageOf<DataError>([&] { ReadFile(folder.Path("none")); }), HasSubstr("none"));
   const auto write = [](const std::string& path, const std::string& text) {
     return MessageOf<OutputError>([&] { WriteFile(path, text); });

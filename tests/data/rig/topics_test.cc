@@ -96,6 +96,25 @@ TEST(ChooseTopics, SaysWhatIsThereWhereNoneOrSeveralCouldBeIt) {
   EXPECT_THAT(Refusal(no_images.bag(), {}), HasSubstr("no topic of images"));
 }
 
+TEST(ChooseTopics, OfABagThatIsCutOffSaysSo) {
+  const TempFolder folder;
+  const auto writer = CreateBag(folder.Path("walk.mcap"), {"mcap", "none"});
+  const uint32_t topic = writer->AddTopic({"/imu", kImu, BagEncoding::kCdr, "cdr"});
+  for (int i = 0; i < 20; ++i) {
+    writer->Write(topic, i, EncodeMessage(BagEncoding::kCdr, RosImu()));
+  }
+  writer->Close();
+  std::filesystem::resize_file(folder.Path("walk.mcap"), 4000);
+  const auto bag = OpenBag(folder.Path("walk.mcap"));
+  try {
+    ChooseTopics(bag.get(), {});
+    FAIL();
+  } catch (const InputFault& fault) {
+    EXPECT_THAT(fault.what(), HasSubstr("and that the bag is cut off"));
+    EXPECT_THAT(fault.remedy(), HasSubstr("copy the bag again"));
+  }
+}
+
 TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(ParseTopics("imu=/i").accel, "/i");
   for (const char* text : {"left", "middle=/a", "left=", "right=/a", "gyro=/g", "left=/a,left=/b",

@@ -305,6 +305,42 @@ TEST_F(BagRecording, GyroscopeAndAccelerometerMayHaveTopicsOfTheirOwn) {
             samples.size());
 }
 
+// Files of a split bag that overlap: what is in two of them is taken once.
+TEST_F(BagRecording, OfOverlappingFilesEachMessageIsTakenOnce) {
+  fs::create_directories(folder_.Path("split"));
+  const auto write = [&](const char* name, const SequencePart& part) {
+    fs::rename(MakeBag({"bag", "none"}, false, part), folder_.Path(std::string("split/") + name));
+  };
+  write("walk_0.bag", {.from_s = 0, .duration_s = 0.3});
+  write("walk_1.bag", {.from_s = 0.2});
+  const Sequence whole = OpenSequence(Asl());
+  const Sequence split = OpenSequence(folder_.Path("split"), WithCalibration());
+  ExpectSame(whole, split);
+  EXPECT_EQ(split.warnings.Count(kStampUnsorted), 0);
+  EXPECT_GE(split.warnings.Count(kMessageTwice), 6);
+  const std::string back = MakeFolderOf(folder_.Path("split"));
+  EXPECT_EQ(counts_.rows["cam0"], kPairs);
+  EXPECT_EQ(counts_.warnings.Count(kMessageTwice), split.warnings.Count(kMessageTwice));
+}
+
+// As logs of videos have them, which begin at 0.
+TEST_F(BagRecording, SamplesBeforeTimeZeroAreLeftOut) {
+  std::string images = kAslImagesHead, imu = kAslImuHead;
+  for (int i = 0; i < kPairs; ++i) {
+    images += fmt::format("{},{}.png\n", i * testing::kImageStep_ns, ImageStamp(i));
+  }
+  for (int64_t t = -50'000'000; t <= kPairs * testing::kImageStep_ns; t += testing::kImuStep_ns) {
+    imu += testing::ImuRow(t) + "\n";
+  }
+  for (const char* camera : {"cam0", "cam1"})
+    WriteFile(fmt::format("{}/{}/data.csv", Asl(), camera), images);
+  WriteFile(Asl() + "/imu0/data.csv", imu);
+  const Sequence bag = OpenSequence(MakeBag({"mcap", "none"}), WithCalibration());
+  EXPECT_EQ(counts_.warnings.Count("samples_before_time_zero"), 10);
+  EXPECT_EQ(bag.images.size(), static_cast<size_t>(kPairs));
+  EXPECT_EQ(bag.imu.front().stamp_ns, 0);
+}
+
 // Rows stay in the order in which they were written: what tells of a clock that was set back.
 TEST_F(BagRecording, AClockThatWasSetBackIsPutRightAsOfTheFolder) {
   constexpr int kMany = 40, kSetAt = 20;

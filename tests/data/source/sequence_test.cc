@@ -10,6 +10,7 @@
 #include "data/core/error.h"
 #include "data/source/asl_files.h"
 #include "data/source/asl_source.h"
+#include "data/source/sequence_options_json.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 
@@ -163,6 +164,23 @@ TEST(OpenAgain, TakesTheCalibrationOfTheMap) {
   sequence.opened.masks = {folder.Path("gone.png")};
   const auto source = OpenAgain(folder.Path(), sequence.opened, folder.Path("calibration.yaml"));
   EXPECT_EQ(source->info().rig.cameras[0].fx_px, 77);
+}
+
+// What stamps and calibration tell of when right images are taken adds up, once.
+TEST(OpenAgain, RightImagesAreTakenAsLateAsTheyWere) {
+  const Recorded folder(20);
+  std::string rows = "#timestamp [ns],filename\n";
+  for (int i = 0; i < 20; ++i) {
+    rows += fmt::format("{},{}.png\n", ImageStamp(i) + 4'000'000, ImageStamp(i));
+  }
+  folder.Write("mav0/cam1/data.csv", rows);
+  folder.Write("mav0/cam1/sensor.yaml", testing::SensorYaml(-0.1) + "timeshift_cam_imu: 0.003\n");
+  const Sequence sequence = folder.Open();
+  EXPECT_NEAR(sequence.rig.right_time_offset_s, 0.007, 1e-9);
+  const SequenceOptions opened = ParseOpened({{"opened", OpenedJson(sequence.opened)}});
+  WriteKalibrCalibration(folder.Path("calibration.yaml"), WithoutStamps(sequence.rig, opened));
+  const auto source = OpenAgain(folder.Path(), opened, folder.Path("calibration.yaml"));
+  EXPECT_NEAR(source->info().rig.right_time_offset_s, 0.007, 1e-9);
 }
 
 // Of a run whose check paired images anew, see data/check/intervals.h.
