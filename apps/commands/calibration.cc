@@ -12,6 +12,7 @@
 #include "apps/commands/commands.h"
 #include "data/calibration/camera_words.h"
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/file.h"
 #include "data/rig/bag_calibration.h"
 #include "data/rig/topics.h"
@@ -26,8 +27,7 @@ struct CalibrationArguments {
 };
 
 std::string ShowTransform(const RigidTransform& pose) {
-  constexpr double kDegrees = 180 / 3.14159265358979323846;
-  const Eigen::Vector3d turn_deg = kDegrees * LogRotation(pose.rotation);
+  const Eigen::Vector3d turn_deg = kDegreesPerRadian * LogRotation(pose.rotation);
   const Eigen::Vector3d& at = pose.translation;
   return fmt::format("{:.4f} {:.4f} {:.4f} m, turned by {:.2f} {:.2f} {:.2f} degrees", at.x(),
                      at.y(), at.z(), turn_deg.x(), turn_deg.y(), turn_deg.z());

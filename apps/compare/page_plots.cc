@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "apps/evaluation/report.h"
 #include "data/io/file.h"
 
 namespace slcmap::inline evaluation {
@@ -54,16 +55,6 @@ std::string Rectangle(double x, double y, double width, double height, const std
       x, y, std::max(0.0, width), height, fill, EscapeMarkup(title));
 }
 
-// The distance between ticks, so that there are at most five: 1, 2 or 5 times a power of ten.
-double TickStep(double range) {
-  const double least = range / 5;
-  const double power = std::pow(10, std::floor(std::log10(least)));
-  for (const double factor : {1, 2, 5}) {
-    if (factor * power >= least) return factor * power;
-  }
-  return 10 * power;
-}
-
 // Places metres on a drawing, x to the right and y upwards, as long on both axes.
 class Plan {
  public:
@@ -82,7 +73,7 @@ class Plan {
 
   // Numbers along the bottom and the left, in metres.
   std::string Axes() const {
-    const double step_m = TickStep(std::max(width_, height_) / scale_);
+    const double step_m = TickStep(std::max(width_, height_) / scale_, 5);
     std::string svg;
     const auto ticks = [&](double from_m, double to_m, const auto& draw) {
       for (double i = std::ceil(from_m / step_m); i * step_m <= to_m; ++i) draw(i * step_m);
@@ -206,12 +197,12 @@ class Axes {
 
   std::string Draw(const char* x_label, const char* y_label) const {
     std::string svg;
-    for (double y = 0; y <= most_y_; y += TickStep(most_y_)) {
+    for (double y = 0; y <= most_y_; y += TickStep(most_y_, 5)) {
       const Vector2d at = At({0, y});
       svg += Line(at.x(), at.y(), kWidth - 10, at.y(), "grid") +
              Text(at.x() - 5, at.y() + 3, fmt::format("{:g}", y), "end", "small");
     }
-    for (double x = 0; x <= most_x_; x += TickStep(most_x_)) {
+    for (double x = 0; x <= most_x_; x += TickStep(most_x_, 5)) {
       svg +=
           Text(At({x, 0}).x(), kHeight - kBottom + 14, fmt::format("{:g}", x), "middle", "small");
     }

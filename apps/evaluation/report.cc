@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kWidth = 800, kHeight = 600;  // user units, as all lengths on the page here
 constexpr double kLeft = 70, kRight = 20, kTop = 40, kBottom = 55;
-constexpr int kMaxTicks = 8;
 constexpr std::size_t kMaxCurvePoints = 30000;  // a page has less than 800 columns
 
 using Box = Eigen::AlignedBox2d;
@@ -36,16 +35,6 @@ Box WithEqualScale(const Box& box) {
   const double units_per_length = box.sizes().cwiseQuotient(page).maxCoeff();
   return {box.center() - 0.5 * units_per_length * page,
           box.center() + 0.5 * units_per_length * page};
-}
-
-// The distance between ticks: 1, 2 or 5 times a power of ten.
-double TickStep(double range) {
-  const double least = range / kMaxTicks;
-  const double power = std::pow(10, std::floor(std::log10(least)));
-  for (const double factor : {1, 2, 5}) {
-    if (factor * power >= least) return factor * power;
-  }
-  return 10 * power;
 }
 
 std::string Text(double x, double y, const std::string& anchor, const std::string& text,
@@ -94,7 +83,7 @@ class Page {
   std::string Grid() const {
     std::string svg;
     for (int axis = 0; axis < 2; ++axis) {
-      const double step = TickStep(box_.sizes()[axis]);
+      const double step = TickStep(box_.sizes()[axis], 8);
       const auto last = static_cast<int64_t>(std::floor(box_.max()[axis] / step));
       for (auto i = static_cast<int64_t>(std::ceil(box_.min()[axis] / step)); i <= last; ++i) {
         svg += GridLine(axis, static_cast<double>(i) * step);
@@ -159,6 +148,15 @@ std::string Legend(const std::vector<SvgSeries>& series) {
 }
 
 }  // namespace
+
+double TickStep(double range, int most_ticks) {
+  const double least = range / most_ticks;
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1, 2, 5}) {
+    if (factor * power >= least) return factor * power;
+  }
+  return 10 * power;
+}
 
 std::string DrawSvg(const SvgPlot& plot) {
   const Box box = DataBox(plot);

@@ -61,6 +61,9 @@ struct SvgPlot {
   std::vector<SvgSeries> series;
 };
 
+// The distance between ticks, so that there are so many at most: 1, 2 or 5 times a power of ten.
+double TickStep(double range, int most_ticks);
+
 // The SVG document of a plot; the series may be empty. Of a curve of more than 30,000 points only
 // those that show are drawn.
 std::string DrawSvg(const SvgPlot& plot);

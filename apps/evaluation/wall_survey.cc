@@ -180,18 +180,9 @@ double LeastZone(const std::vector<Vector2d>& places) {
   return least;
 }
 
-struct SurveyExtent {
-  double from_m = HUGE_VAL, to_m = -HUGE_VAL;
-  void Add(double value) {
-    from_m = std::min(from_m, value);
-    to_m = std::max(to_m, value);
-  }
-  double Length() const { return std::max(0.0, to_m - from_m); }
-};
-
 // What lies alone at the ends of a face does not make it longer: from the 1st to the 99th of a
 // hundred points.
-SurveyExtent Inner(std::vector<double> values) {
+Interval Inner(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const size_t cut = values.size() / 100;
   return {values[cut], values[values.size() - 1 - cut]};
@@ -224,9 +215,9 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
     result.rms_m += face.Off(p.p_world) * face.Off(p.p_world);
   }
   result.rms_m = std::sqrt(result.rms_m / static_cast<double>(wall.points.size()));
-  const SurveyExtent along = Inner(along_m), upwards = Inner(up_m);
-  result.length_m = along.Length();
-  result.height_m = upwards.Length();
+  const Interval along = Inner(along_m), upwards = Inner(up_m);
+  result.length_m = along.length_m();
+  result.height_m = upwards.length_m();
   if (!(result.length_m >= kSurveyMinLength_m)) return std::nullopt;
   result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
@@ -243,14 +234,12 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
 }
 
 // The stretch of a face along a direction, from a place.
-SurveyExtent FindExtent(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
-                        const Vector3d& up) {
+Interval FindExtent(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
+                    const Vector3d& up) {
   const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
-  SurveyExtent extent;
-  for (const double sign : {-1.0, 1.0}) {
-    extent.Add(direction.dot(wall.middle_world + sign * half - from));
-  }
-  return extent;
+  const auto [from_m, to_m] = std::minmax({direction.dot(wall.middle_world - half - from),
+                                           direction.dot(wall.middle_world + half - from)});
+  return {from_m, to_m};
 }
 
 std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const SurveyedFace& b,
@@ -259,12 +248,10 @@ std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const Surveye
     return std::nullopt;
   }
   const Vector3d along = up.cross(a.normal_world).normalized();
-  const SurveyExtent first = FindExtent(a, along, a.middle_world, up),
-                     second = FindExtent(b, along, a.middle_world, up);
-  const double from_m = std::max(first.from_m, second.from_m);
-  const double to_m = std::min(first.to_m, second.to_m);
-  if (to_m - from_m < kSurveyLeastBeside_m) return std::nullopt;
-  const Vector3d place = a.middle_world + 0.5 * (from_m + to_m) * along;
+  const Interval beside =
+      Common(FindExtent(a, along, a.middle_world, up), FindExtent(b, along, a.middle_world, up));
+  if (beside.length_m() < kSurveyLeastBeside_m) return std::nullopt;
+  const Vector3d place = a.middle_world + 0.5 * (beside.from_m + beside.to_m) * along;
   // Along the mean of both normals, so that it does not matter which face comes first.
   const Vector3d across = (a.normal_world - b.normal_world).normalized();
   const double distance_m =
@@ -280,7 +267,7 @@ std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace&
   if (std::abs(off_rad) > kMaxParallel_deg / kDegreesPerRadian) return std::nullopt;
   // Each reaches, within a metre, to where the other's plane is.
   for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    const SurveyExtent stretch = FindExtent(*wall, other->normal_world, other->middle_world, up);
+    const Interval stretch = FindExtent(*wall, other->normal_world, other->middle_world, up);
     if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
   }
   const double leg_m = std::min(a.length_m, b.length_m);

@@ -173,21 +173,21 @@ bool IsElsewhere(const RigidTransform& a, const RigidTransform& b, const Vector3
   return (a * middle - b * middle).norm() > 0.5 || a.rotation.angularDistance(b.rotation) > 0.2;
 }
 
-MapPlacement Search(const MapSamples& map, const TrueScan& truth) {
+ScanPlacement Search(const MapSamples& map, const TrueScan& truth) {
   RigidTransform as_it_is;
-  MapPlacement best{Refine(map, truth, as_it_is), 0, 0};
+  ScanPlacement best{Refine(map, truth, as_it_is), 0, 0};
   best.overlap = Overlap(map, truth, best.T_truth_map);
   if (best.overlap >= kFits || !map.axes.are_found || !truth.samples.axes.are_found) return best;
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& p : map.places) middle += p / static_cast<double>(map.places.size());
-  std::vector<MapPlacement> all{best};
+  std::vector<ScanPlacement> all{best};
   for (const RoughPlace& rough : RoughPlaces(map, truth)) {
-    MapPlacement placed{Refine(map, truth, rough.T), 0, 0};
+    ScanPlacement placed{Refine(map, truth, rough.T), 0, 0};
     placed.overlap = Overlap(map, truth, placed.T_truth_map);
     all.push_back(placed);
     if (placed.overlap > best.overlap) best = placed;
   }
-  for (const MapPlacement& other : all) {
+  for (const ScanPlacement& other : all) {
     if (IsElsewhere(other.T_truth_map, best.T_truth_map, middle)) {
       best.rival = std::max(best.rival, other.overlap);
     }
@@ -231,14 +231,14 @@ void RefuseByExtents(const std::string& name, const Vector3d& found, const Vecto
 
 // Where a map does not fit: whether it would in other units.
 void RefuseByFit(const std::string& name, const MapSamples& map, const TrueScan& truth,
-                 const MapPlacement& placed) {
+                 const ScanPlacement& placed) {
   const Vector3d found = FindExtents(map.places), expected = FindExtents(truth.samples.places);
   for (const LengthUnit& unit : kUnits) {
     for (const bool is_map : {true, false}) {
       const double scale = is_map ? unit.metres : 1 / unit.metres;
       const double ratio = scale * found.norm() / expected.norm();
       if (ratio > 2 || ratio < 0.5) continue;
-      const MapPlacement other = Search(Scaled(map, scale), truth);
+      const ScanPlacement other = Search(Scaled(map, scale), truth);
       if (other.overlap < std::max(kFits, 1.5 * placed.overlap)) continue;
       RefuseUnit(name, found, expected, is_map ? &unit : nullptr, is_map ? nullptr : &unit);
     }
@@ -296,10 +296,10 @@ void RefuseOtherUnits(const std::string& name, const std::vector<Vector3d>& plac
                : "what are its units? --map-scale NAME=S (of the truth: --true-scale S)"));
 }
 
-MapPlacement PlaceOnTruth(const std::string& name, const MapSamples& map, const TrueScan& truth,
-                          bool as_it_is) {
+ScanPlacement PlaceOnTruth(const std::string& name, const MapSamples& map, const TrueScan& truth,
+                           bool as_it_is) {
   RefuseByExtents(name, FindExtents(map.places), FindExtents(truth.samples.places));
-  MapPlacement placed;
+  ScanPlacement placed;
   placed.overlap = as_it_is ? Overlap(map, truth, placed.T_truth_map) : 0;
   if (!as_it_is) placed = Search(map, truth);
   if (placed.overlap < kSurelyFits) RefuseByFit(name, map, truth, placed);

@@ -28,7 +28,7 @@ struct TrueScan {
   const MapSamples samples;
 };
 
-struct MapPlacement {
+struct ScanPlacement {
   RigidTransform T_truth_map;
   double overlap = 0;  // share of the map's samples within 10 cm of the truth
   double rival = 0;    // the same at the best other place; 0 where none was tried
@@ -37,8 +37,8 @@ struct MapPlacement {
 // Lays the map on the truth, from where it is or, where that does not fit, from any place at which
 // their walls agree, by least squares on planes. With `as_it_is` it stays where it is. Throws
 // DataError, naming the map, where it is in other units or does not lie on the truth.
-MapPlacement PlaceOnTruth(const std::string& name, const MapSamples& map, const TrueScan& truth,
-                          bool as_it_is);
+ScanPlacement PlaceOnTruth(const std::string& name, const MapSamples& map, const TrueScan& truth,
+                           bool as_it_is);
 
 // Throws DataError where no building is so large or so small in metres.
 void RefuseOtherUnits(const std::string& name, const std::vector<Eigen::Vector3d>& places);

@@ -65,9 +65,9 @@ std::vector<Eigen::Vector2d> DrawProfile(const FoundFace& face) {
   return profile;
 }
 
-MapPlacement Place(const std::string& path, const MapSamples& samples, const TrueScan& truth,
-                   bool as_they_are) {
-  const MapPlacement placed = PlaceOnTruth(path, samples, truth, as_they_are);
+ScanPlacement Place(const std::string& path, const MapSamples& samples, const TrueScan& truth,
+                    bool as_they_are) {
+  const ScanPlacement placed = PlaceOnTruth(path, samples, truth, as_they_are);
   if (placed.rival >= kRival * placed.overlap) {
     spdlog::warn(
         "{}: fits the truth elsewhere about as well ({:.0f} against {:.0f} % of it); lay it there "
@@ -88,7 +88,7 @@ MeasuredMap Measure(const NamedMap& named, const TrueScan* truth, bool as_they_a
   std::vector<Vector3d> ends;
   for (const PlySegment& line : map.lines) ends.push_back(line.start_world);
   RefuseOtherUnits(named.path, points.empty() ? ends : points);
-  PlacedMap placed;
+  MapOnScan placed;
   placed.lines = &map.lines;
   placed.filled = &map.filled;
   MapSamples samples;

@@ -89,7 +89,7 @@ void AddAccuracy(const WeighedPoints& map, const TrueScan& truth, TruthAgreement
 }
 
 // For each place of the truth, what the map has beside it.
-void AddCompleteness(const PlacedMap& placed, const TrueScan& truth, TruthAgreement* agreement) {
+void AddCompleteness(const MapOnScan& placed, const TrueScan& truth, TruthAgreement* agreement) {
   const RigidTransform T_map_truth = placed.placement.T_truth_map.Inverse();
   std::vector<Vector3d> points = placed.map->points();
   if (placed.filled) points.insert(points.end(), placed.filled->begin(), placed.filled->end());
@@ -129,7 +129,7 @@ void AddCompleteness(const PlacedMap& placed, const TrueScan& truth, TruthAgreem
 }
 
 // A wall's points by how far they are from the truth, along its own axes.
-std::vector<StraightSample> OffTruth(const FoundFace& face, const PlacedMap& placed,
+std::vector<StraightSample> OffTruth(const FoundFace& face, const MapOnScan& placed,
                                      const TrueScan& truth) {
   const RigidTransform& T = placed.placement.T_truth_map;
   const Vector3d normal = T.rotation * face.normal;
@@ -146,7 +146,7 @@ std::vector<StraightSample> OffTruth(const FoundFace& face, const PlacedMap& pla
   return samples;
 }
 
-void AddBends(const PlacedMap& placed, const TrueScan& truth, TruthAgreement* agreement) {
+void AddBends(const MapOnScan& placed, const TrueScan& truth, TruthAgreement* agreement) {
   std::vector<std::vector<LaidStraightedge>> laid;
   double largest_m = kNoFigure;
   for (const FoundFace& face : *placed.faces) {
@@ -164,7 +164,7 @@ void AddBends(const PlacedMap& placed, const TrueScan& truth, TruthAgreement* ag
 
 }  // namespace
 
-TruthAgreement MeasureAgreement(const PlacedMap& placed, const TrueScan& truth) {
+TruthAgreement MeasureAgreement(const MapOnScan& placed, const TrueScan& truth) {
   TruthAgreement agreement;
   agreement.placement = placed.placement;
   agreement.whole_bend_m = kNoFigure;

@@ -19,7 +19,7 @@ struct AgreementScore {
 };
 
 struct TruthAgreement {
-  MapPlacement placement;
+  ScanPlacement placement;
   std::vector<AgreementScore> scores;  // at 2, 5 and 10 cm
   double rms_m = 0;                    // of what is within 10 cm
   // Walls against the truth's own: what the building bends is not in it.
@@ -29,13 +29,13 @@ struct TruthAgreement {
 
 // `filled`: points laid on planes, which count for what the truth has. `map` may be null: lines
 // only.
-struct PlacedMap {
+struct MapOnScan {
   const SurfaceMap* map = nullptr;
   const std::vector<FoundFace>* faces = nullptr;
   const std::vector<Eigen::Vector3d>* filled = nullptr;
   const std::vector<PlySegment>* lines = nullptr;
-  MapPlacement placement;
+  ScanPlacement placement;
 };
-TruthAgreement MeasureAgreement(const PlacedMap& placed, const TrueScan& truth);
+TruthAgreement MeasureAgreement(const MapOnScan& placed, const TrueScan& truth);
 
 }  // namespace slcmap::evaluation

@@ -131,6 +131,13 @@ void NegateBaseline(Rig* rig) {
   poses[1].translation = 2 * poses[0].translation - poses[1].translation;
 }
 
+// A change of both cameras.
+template <typename Change>
+Rig BothChanged(Rig rig, Change change) {
+  for (Camera& camera : rig.cameras) change(&camera);
+  return rig;
+}
+
 void ScaleFocal(Camera* camera, double scale) {
   camera->fx_px *= scale;
   camera->fy_px *= scale;
@@ -170,40 +177,26 @@ std::vector<Mistake> ExtrinsicMistakes(const Rig& rig) {
 }
 
 std::vector<Mistake> IntrinsicMistakes(const Rig& rig) {
+  const auto scaled = [&](double scale) {
+    return BothChanged(rig, [&](Camera* c) { ScaleIntrinsics(c, scale); });
+  };
+  const auto longer = [&](double scale) {
+    return BothChanged(rig, [&](Camera* c) { ScaleFocal(c, scale); });
+  };
   return {
       {"intrinsics", "intrinsics in the order fx, fy, cx, cy", "write intrinsics as fx, fy, cx, cy",
-       Changed(rig,
-               [](Rig* r) {
-                 for (Camera& c : r->cameras) ReorderIntrinsics(&c);
-               })},
+       BothChanged(rig, ReorderIntrinsics)},
       {"intrinsics", "intrinsics of twice the size",
-       "calibrate for images of this size: multiply the intrinsics by 2",
-       Changed(rig,
-               [](Rig* r) {
-                 for (Camera& c : r->cameras) ScaleIntrinsics(&c, 2);
-               })},
+       "calibrate for images of this size: multiply the intrinsics by 2", scaled(2)},
       {"intrinsics", "intrinsics of half the size",
-       "calibrate for images of this size: multiply the intrinsics by 0.5",
-       Changed(rig,
-               [](Rig* r) {
-                 for (Camera& c : r->cameras) ScaleIntrinsics(&c, 0.5);
-               })},
-      {"focal-length", "focal lengths twice as long", "multiply the focal lengths by 2",
-       Changed(rig,
-               [](Rig* r) {
-                 for (Camera& c : r->cameras) ScaleFocal(&c, 2);
-               })},
+       "calibrate for images of this size: multiply the intrinsics by 0.5", scaled(0.5)},
+      {"focal-length", "focal lengths twice as long", "multiply the focal lengths by 2", longer(2)},
       {"focal-length", "focal lengths half as long", "multiply the focal lengths by 0.5",
-       Changed(rig,
-               [](Rig* r) {
-                 for (Camera& c : r->cameras) ScaleFocal(&c, 0.5);
-               })},
+       longer(0.5)},
       {"distortion", "the signs of the distortion coefficients changed",
-       "copy the distortion coefficients anew, with their signs", Changed(rig, [](Rig* r) {
-         for (Camera& c : r->cameras) {
-           c.coefficients *= -1;
-           c.higher_coefficients *= -1;
-         }
+       "copy the distortion coefficients anew, with their signs", BothChanged(rig, [](Camera* c) {
+         c->coefficients *= -1;
+         c->higher_coefficients *= -1;
        })}};
 }
 

@@ -105,7 +105,7 @@ double MetresOfDxfUnit(int64_t unit) {
 
 // An entity of a DXF file: its type, and its numbers by their codes, in their order.
 struct DxfEntity {
-  std::string type;
+  std::string type, layer;
   std::map<int, std::vector<double>> values;
 
   double Get(int code, double otherwise) const {
@@ -123,7 +123,7 @@ class DxfReader {
  public:
   DxfReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
 
-  ExternalMap Read() {
+  DxfDrawing Read() {
     std::string_view code_text;
     ForEachTextRow(bytes_, [&](int row, std::string_view text) {
       if (row % 2 == 1) {
@@ -141,21 +141,21 @@ class DxfReader {
     Finish();
     EndPolyline();
     Scale();
-    map_.format = "DXF";
     if (inserts_ > 0) {
       spdlog::warn("{}: left out {} inserted blocks; explode them in CAD where they matter", path_,
                    inserts_);
     }
-    return std::move(map_);
+    return std::move(drawing_);
   }
 
  private:
   void Take(int code, std::string_view text) {
     if (code == 0) {
       Finish();
-      entity_ = {std::string(text), {}};
+      entity_ = {std::string(text), {}, {}};
       return;
     }
+    if (code == 8) entity_.layer = text;
     if (code == 9) variable_ = text;
     if (code == 2 && entity_.type == "SECTION") in_entities_ = text == "ENTITIES";
     const bool is_number = (code >= 10 && code < 80) || (code >= 140 && code < 148);
@@ -174,14 +174,16 @@ class DxfReader {
   void Finish() {
     if (!in_entities_) return;
     const std::string& type = entity_.type;
-    if (type == "LINE") map_.lines.push_back({entity_.Place(0), entity_.Place(1)});
-    if (type == "POINT") AddPoint(entity_.Place(0), &map_);
+    if (type == "LINE") {
+      drawing_.lines.push_back({entity_.layer, {entity_.Place(0), entity_.Place(1)}});
+    }
+    if (type == "POINT") drawing_.points.push_back(entity_.Place(0));
     if (type == "3DFACE") AddFace();
     if (type == "LWPOLYLINE") AddLightPolyline();
     if (type == "INSERT") ++inserts_;
     if (type == "POLYLINE") {
       EndPolyline();
-      flags_ = static_cast<int>(entity_.Get(70, 0));
+      StartPolyline();
     }
     if (type == "VERTEX") AddVertex();
     if (type == "SEQEND") EndPolyline();
@@ -190,8 +192,10 @@ class DxfReader {
 
   void AddFace() {
     const Vector3d a = entity_.Place(0), b = entity_.Place(1), c = entity_.Place(2);
-    map_.triangles.push_back({a, b, c});
-    if (entity_.Has(3) && entity_.Place(3) != c) map_.triangles.push_back({a, c, entity_.Place(3)});
+    drawing_.triangles.push_back({a, b, c});
+    if (entity_.Has(3) && entity_.Place(3) != c) {
+      drawing_.triangles.push_back({a, c, entity_.Place(3)});
+    }
   }
 
   void AddLightPolyline() {
@@ -199,8 +203,13 @@ class DxfReader {
     for (size_t i = 0; i < std::min(x.size(), y.size()); ++i) {
       polyline_.emplace_back(x[i], y[i], entity_.Get(38, 0));
     }
-    flags_ = static_cast<int>(entity_.Get(70, 0));
+    StartPolyline();
     EndPolyline();
+  }
+
+  void StartPolyline() {
+    flags_ = static_cast<int>(entity_.Get(70, 0));
+    layer_ = entity_.layer;
   }
 
   // Of a polyface mesh, vertices with 128 and without 64 name the corners of a face.
@@ -219,29 +228,26 @@ class DxfReader {
       }
     }
     for (size_t i = 2; i < corners.size(); ++i) {
-      map_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+      drawing_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
   }
 
   void EndPolyline() {
     constexpr int kClosed = 1, kMesh = 16, kPolyface = 64;
-    const bool is_mesh = flags_ & (kMesh | kPolyface);
-    if (!is_mesh) {
-      for (size_t i = 1; i < polyline_.size(); ++i) {
-        map_.lines.push_back({polyline_[i - 1], polyline_[i]});
-      }
-      if ((flags_ & kClosed) && polyline_.size() > 2) {
-        map_.lines.push_back({polyline_.back(), polyline_.front()});
-      }
+    if (!(flags_ & (kMesh | kPolyface)) && polyline_.size() > 1) {
+      if ((flags_ & kClosed) && polyline_.size() > 2) polyline_.push_back(polyline_.front());
+      drawing_.lines.push_back({layer_, polyline_});
     }
     polyline_.clear();
     flags_ = 0;
   }
 
   void Scale() {
-    for (PlySegment& line : map_.lines) line.start_world *= metres_, line.end_world *= metres_;
-    for (Vector3d& p : map_.points) p *= metres_;
-    for (auto& triangle : map_.triangles) {
+    for (DxfLine& line : drawing_.lines) {
+      for (Vector3d& p : line.points) p *= metres_;
+    }
+    for (Vector3d& p : drawing_.points) p *= metres_;
+    for (auto& triangle : drawing_.triangles) {
       for (Vector3d& p : triangle) p *= metres_;
     }
   }
@@ -253,9 +259,10 @@ class DxfReader {
   double metres_ = 1;
   DxfEntity entity_;
   std::vector<Vector3d> polyline_;
+  std::string layer_;  // of the polyline
   int flags_ = 0;
   int64_t inserts_ = 0;
-  ExternalMap map_;
+  DxfDrawing drawing_;
 };
 
 }  // namespace
@@ -264,8 +271,20 @@ ExternalMap ReadObj(const std::string& path, std::string_view bytes) {
   return ObjReader(path, bytes).Read();
 }
 
-ExternalMap ReadDxf(const std::string& path, std::string_view bytes) {
+DxfDrawing ReadDxfDrawing(const std::string& path, std::string_view bytes) {
   return DxfReader(path, bytes).Read();
+}
+
+ExternalMap ReadDxf(const std::string& path, std::string_view bytes) {
+  DxfDrawing drawing = ReadDxfDrawing(path, bytes);
+  ExternalMap map;
+  map.format = "DXF";
+  for (const auto& [layer, points] : drawing.lines) {
+    for (size_t i = 1; i < points.size(); ++i) map.lines.push_back({points[i - 1], points[i]});
+  }
+  for (const Vector3d& p : drawing.points) AddPoint(p, &map);
+  map.triangles = std::move(drawing.triangles);
+  return map;
 }
 
 }  // namespace slcmap::data

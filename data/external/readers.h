@@ -13,6 +13,19 @@ ExternalMap ReadPcd(const std::string& path, std::string_view bytes);
 ExternalMap ReadLas(const std::string& path, std::string_view bytes);
 ExternalMap ReadObj(const std::string& path, std::string_view bytes);
 ExternalMap ReadDxf(const std::string& path, std::string_view bytes);
+
+// The lines, points and faces of a DXF file of text, in metres where it says its units.
+struct DxfLine {
+  std::string layer;
+  std::vector<Eigen::Vector3d> points;  // of a closed one the first stands at the end again
+};
+struct DxfDrawing {
+  std::vector<DxfLine> lines;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<Eigen::Vector3d, 3>> triangles;
+};
+DxfDrawing ReadDxfDrawing(const std::string& path, std::string_view bytes);
+
 // Rows of numbers, and what the rows look like tells whose they are.
 ExternalMap ReadMapText(const std::string& path, std::string_view bytes);
 

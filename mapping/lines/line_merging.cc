@@ -193,6 +193,8 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, double between_maps_
   return distance_m <= std::hypot(kMaxSigmas * sigma_m, between_m);
 }
 
+}  // namespace
+
 std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m) {
   std::sort(intervals.begin(), intervals.end(),
             [](const Interval& a, const Interval& b) { return a.from_m < b.from_m; });
@@ -206,6 +208,8 @@ std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m) {
   }
   return united;
 }
+
+namespace {
 
 // Places of the other where the same image has none of the line's own: what it shows twice are two
 // edges that lie beside each other.

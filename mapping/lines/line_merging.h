@@ -28,6 +28,9 @@ std::optional<LineFit> FitIntervals(const ViewCameras& cameras,
                                     const LineFitOptions& options, const IntervalLimits& limits,
                                     TrackedLine* line);
 
+// One interval where they overlap or are next to each other but for a gap; sorted.
+std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m);
+
 // Leaves the places in the intervals.
 void DropPlacesOutside(TrackedLine* line);
 

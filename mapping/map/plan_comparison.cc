@@ -1,8 +1,8 @@
 #include "mapping/map/plan_comparison.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "data/core/math.h"
 #include "data/io/json.h"
 
 namespace slcmap::inline mapping {
@@ -109,13 +109,12 @@ std::string DeviationTable(const PlanComparison& comparison) {
   std::string table =
       "what,status,planned,built,start_x_m,start_y_m,end_x_m,end_y_m,deviation_mm,sigma_mm,"
       "turn_deg,turn_sigma_deg,wider_mm,wider_sigma_mm\n";
-  constexpr double kDegrees = 180 / std::numbers::pi;
   for (const WallDeviation& wall : comparison.walls) {
     table += "wall," + ends(wall, wall.plane);
     table += WasMeasured(wall.status)
                  ? fmt::format(",{:.1f},{:.1f},{:.3f},{:.3f},,\n", 1e3 * wall.deviation_m,
-                               1e3 * wall.sigma_m, kDegrees * wall.turn_rad,
-                               kDegrees * wall.turn_sigma_rad)
+                               1e3 * wall.sigma_m, kDegreesPerRadian * wall.turn_rad,
+                               kDegreesPerRadian * wall.turn_sigma_rad)
                  : ",,,,,,\n";
   }
   for (const OpeningDeviation& opening : comparison.openings) {

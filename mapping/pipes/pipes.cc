@@ -8,6 +8,7 @@
 #include <set>
 
 #include "data/core/parallel.h"
+#include "mapping/lines/line_merging.h"
 #include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_evidence.h"
 #include "mapping/pipes/pipe_finder.h"
@@ -172,20 +173,6 @@ std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
   return judged;
 }
 
-// Sorted, and one where they are next to each other but for short gaps.
-std::vector<Interval> Joined(std::vector<Interval> pieces) {
-  std::ranges::sort(pieces, {}, &Interval::from_m);
-  std::vector<Interval> intervals;
-  for (const Interval& piece : pieces) {
-    if (!intervals.empty() && piece.from_m <= intervals.back().to_m + kMaxGap_m) {
-      intervals.back().to_m = std::max(intervals.back().to_m, piece.to_m);
-    } else {
-      intervals.push_back(piece);
-    }
-  }
-  return intervals;
-}
-
 // Whether a line is an outline of a pipe that other views show: on its surface as far as it goes,
 // and touched by the rays to it, which those to an edge of the wall behind do not.
 bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
@@ -227,7 +214,7 @@ PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outli
       others.push_back({i, {piece}});
     }
   }
-  extent.intervals = Joined(std::move(extent.intervals));
+  extent.intervals = Union(std::move(extent.intervals), kMaxGap_m);
   std::erase_if(extent.intervals,
                 [&](const Interval& own) { return own.length_m() < options.min_length_m; });
   for (size_t i = 0; i < outlines.size(); ++i) {
@@ -244,7 +231,7 @@ PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outli
           extent.outlines.push_back(other.first);
           return true;
         }) > 0;
-    extent.intervals = Joined(std::move(extent.intervals));
+    extent.intervals = Union(std::move(extent.intervals), kMaxGap_m);
   }
   return extent;
 }

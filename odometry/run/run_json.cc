@@ -14,8 +14,8 @@
 #include "data/io/json.h"
 #include "data/source/sequence_options_json.h"
 #include "odometry/run/run.h"
+#include "odometry/run/run_fields.h"
 #include "odometry/run/run_queries.h"
-#include "odometry/run/run_rows.h"
 
 namespace slcmap::inline odometry {
 namespace {
@@ -43,60 +43,49 @@ Json SegmentsJson(const OdometryRun& run) {
   return json;
 }
 
-Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
+struct JsonMaker {
+  Json json = Json::object();
+
+  template <typename T>
+  void operator()(std::initializer_list<const char*> names, const T& value, double, double) {
+    json[*names.begin()] = value;
+  }
+};
+
+struct JsonReader {
+  const std::string place;
+  const Json& json;
+
+  template <typename T>
+  void operator()(std::initializer_list<const char*> names, T& value, double least, double most) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = json.at(*names.begin()).get<bool>();
+    } else {
+      value = BoundedAt(place, json, *names.begin(), static_cast<T>(least), static_cast<T>(most));
+    }
+  }
+};
+
+// Of worlds and slopes.
+template <typename Direction>
+Json DirectionsJson(const std::vector<Direction>& directions) {
   Json json = Json::array();
-  for (const ManhattanWorld& world : worlds) {
-    json.push_back({{"segment", world.segment},
-                    {"heading_rad", world.heading_rad},
-                    {"sigma_rad", world.sigma_rad},
-                    {"found_at_ns", world.found_at_ns},
-                    {"withdrawn", world.withdrawn}});
+  for (const Direction& direction : directions) {
+    JsonMaker maker;
+    VisitFields(maker, direction);
+    json.push_back(std::move(maker.json));
   }
   return json;
 }
 
-std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& json) {
-  std::vector<ManhattanWorld> worlds;
-  for (const Json& world : json) {
-    const std::string place = fmt::format("{}: manhattan_worlds[{}]", path, worlds.size());
-    worlds.push_back({BoundedAt(place, world, "segment", 0, static_cast<int>(kMaxSegment)),
-                      BoundedAt(place, world, "heading_rad", -kMaxHeading_rad, kMaxHeading_rad),
-                      BoundedAt(place, world, "sigma_rad", 0.0, kMaxHeading_rad),
-                      BoundedAt(place, world, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
-                      world.at("withdrawn").get<bool>()});
+template <typename Direction>
+std::vector<Direction> ParseDirections(const std::string& path, const char* key, const Json& json) {
+  std::vector<Direction> directions;
+  for (const Json& direction : json.at(key)) {
+    JsonReader reader{fmt::format("{}: {}[{}]", path, key, directions.size()), direction};
+    VisitFields(reader, directions.emplace_back());
   }
-  return worlds;
-}
-
-Json SlopesJson(const std::vector<SlopedDirection>& slopes) {
-  Json json = Json::array();
-  for (const SlopedDirection& slope : slopes) {
-    json.push_back({{"segment", slope.segment},
-                    {"azimuth_rad", slope.azimuth_rad},
-                    {"elevation_rad", slope.elevation_rad},
-                    {"azimuth_sigma_rad", slope.azimuth_sigma_rad},
-                    {"elevation_sigma_rad", slope.elevation_sigma_rad},
-                    {"found_at_ns", slope.found_at_ns},
-                    {"withdrawn", slope.withdrawn}});
-  }
-  return json;
-}
-
-std::vector<SlopedDirection> ParseSlopes(const std::string& path, const Json& json) {
-  std::vector<SlopedDirection> slopes;
-  for (const Json& slope : json) {
-    const std::string place = fmt::format("{}: sloped_directions[{}]", path, slopes.size());
-    const auto angle = [&](const char* key, double least) {
-      return BoundedAt(place, slope, key, least, kMaxHeading_rad);
-    };
-    slopes.push_back({BoundedAt(place, slope, "segment", 0, static_cast<int>(kMaxSegment)),
-                      angle("azimuth_rad", -kMaxHeading_rad),
-                      BoundedAt(place, slope, "elevation_rad", 0.0, kMaxElevation_rad),
-                      angle("azimuth_sigma_rad", 0), angle("elevation_sigma_rad", 0),
-                      BoundedAt(place, slope, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
-                      slope.at("withdrawn").get<bool>()});
-  }
-  return slopes;
+  return directions;
 }
 
 Json ItemJson(double value, double sigma) {
@@ -359,8 +348,8 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["verdict"] = VerdictJson(run.verdict);
   json["figures"] = FiguresJson(run.figures);
   json["warnings"] = run.warnings;
-  json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
-  json["sloped_directions"] = SlopesJson(run.sloped_directions);
+  json["manhattan_worlds"] = DirectionsJson(run.manhattan_worlds);
+  json["sloped_directions"] = DirectionsJson(run.sloped_directions);
   json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = TrackLengthsJson(MeasurePointTracks(run.keyframes));
   json["calibration"] = CalibrationJson(run.calibration);
@@ -379,9 +368,9 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->partial_reason = json.at("partial_reason").get<std::string>();
     run->verdict = ParseVerdict(path, json);
     ParseSoFar(path, json, run);
-    run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
+    run->manhattan_worlds = ParseDirections<ManhattanWorld>(path, "manhattan_worlds", json);
     if (json.contains("sloped_directions")) {  // newer than the version
-      run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
+      run->sloped_directions = ParseDirections<SlopedDirection>(path, "sloped_directions", json);
     }
     return json;
   });

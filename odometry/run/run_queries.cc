@@ -4,17 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "data/calibration/calibration.h"
 #include "odometry/geometry/imu.h"
+#include "odometry/run/run_fields.h"
 #include "odometry/run/run_rows.h"
 
 namespace slcmap::inline odometry {
@@ -119,13 +122,25 @@ bool Within(const Values& values, double limit) {
   return values.allFinite() && values.cwiseAbs().maxCoeff() <= limit;
 }
 
-bool IsFinite(const RigidTransform& transform) {
-  return Within(transform.translation, kMaxCoordinate_m) && transform.rotation.coeffs().allFinite();
-}
+// Whether numbers are in the range of their columns.
+struct RangeCheck {
+  bool holds = true;
 
-bool IsFinite(const OnlineState& state) {
-  return IsFinite(state.T_world_imu) && Within(state.velocity_world_m_s, kMaxSpeed_m_s) &&
-         Within(state.gyro_bias_rad_s, kMaxBias) && Within(state.accel_bias_m_s2, kMaxBias);
+  template <typename T>
+  void operator()(std::initializer_list<const char*>, const T& value, double least, double most) {
+    if constexpr (std::is_same_v<T, double>) {
+      holds = holds && value >= least && value <= most;
+    } else if constexpr (!std::is_integral_v<T>) {
+      for (const double number : value) holds = holds && number >= least && number <= most;
+    }
+  }
+};
+
+template <typename Item>
+bool IsFinite(const Item& item) {
+  RangeCheck check;
+  VisitFields(check, item);
+  return check.holds;
 }
 
 bool IsFinite(const KeyframeObservation& seen) {
@@ -140,42 +155,6 @@ bool IsFinite(const LineObservation& seen) {
   return IsFinite(seen.left_px) && (!seen.right_px || IsFinite(*seen.right_px));
 }
 
-bool IsFinite(const Landmark& landmark) {
-  return Within(landmark.p_world, kMaxCoordinate_m) && landmark.sigma_m >= 0 &&
-         landmark.sigma_m <= kMaxSigma_m;
-}
-
-bool IsFinite(const Line& line) {
-  return Within(line.start_world, kMaxCoordinate_m) && Within(line.end_world, kMaxCoordinate_m) &&
-         Within(line.covariance_m2, kMaxSigma_m * kMaxSigma_m) && line.deviation_rad >= 0 &&
-         line.deviation_sigma_rad >= 0 && line.deviation_sigma_rad <= kUnknownSigma_rad;
-}
-
-bool IsFinite(const ManhattanWorld& world) {
-  return std::isfinite(world.heading_rad) && std::isfinite(world.sigma_rad);
-}
-
-bool IsFinite(const SlopedDirection& slope) {
-  return std::isfinite(slope.azimuth_rad) && std::isfinite(slope.elevation_rad) &&
-         std::isfinite(slope.azimuth_sigma_rad) && std::isfinite(slope.elevation_sigma_rad);
-}
-
-bool IsFinite(const CalibrationEstimate& e) {
-  for (const Eigen::Vector3d& v :
-       {e.imu_rotation_sigma_rad, e.lever_sigma_m, e.right_rotation_sigma_rad,
-        Eigen::Vector3d(e.time_offset_sigma_s, e.focal_length_sigma, 0)}) {
-    if (!Within(v, kMaxCorrectionSigma)) return false;
-  }
-  if (!Within(e.right_centre_px, kMaxCentre_px)) return false;
-  if (!Within(e.right_centre_sigma_px, kMaxCentre_px)) return false;
-  return Within(e.imu_rotation_rad, kMaxTurn_rad) && Within(e.lever_m, kMaxLever_m) &&
-         Within(e.right_rotation_rad, kMaxTurn_rad) && e.imu_errors.allFinite() &&
-         e.imu_errors.cwiseAbs().maxCoeff() <= kMaxImuError && e.imu_errors_sigma.allFinite() &&
-         e.imu_errors_sigma.cwiseAbs().maxCoeff() <= kMaxCorrectionSigma &&
-         std::abs(e.time_offset_s) <= kMaxTimeCorrection_s &&
-         std::abs(e.focal_length) <= kMaxFocalShare;
-}
-
 bool IsFinite(const Keyframe& keyframe);
 
 template <typename Item>
@@ -184,7 +163,7 @@ bool AllFinite(const std::vector<Item>& items) {
 }
 
 bool IsFinite(const Keyframe& keyframe) {
-  return IsFinite(keyframe.T_world_imu) && AllFinite(keyframe.observations) &&
+  return IsFinite<Keyframe>(keyframe) && AllFinite(keyframe.observations) &&
          AllFinite(keyframe.lines);
 }
 

@@ -2,135 +2,66 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <set>
+#include <string>
+#include <type_traits>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
-#include "data/core/types.h"
+#include "odometry/run/run_fields.h"
 
 namespace slcmap::inline odometry {
 namespace {
 
 constexpr CsvColumn Id(const char* name) { return {name, CsvColumn::Kind::kInteger, 0, kMaxId}; }
-constexpr CsvColumn Stamp(const char* name) {
-  return IntegerColumn(name, -kMaxStamp_ns, kMaxStamp_ns);
-}
-constexpr CsvColumn Segment() { return IntegerColumn("segment", 0, kMaxSegment); }
-constexpr CsvColumn Number(const char* name, double limit) {
-  return {name, CsvColumn::Kind::kNumber, -limit, limit};
-}
 constexpr CsvColumn Pixel(const char* name) {  // nan where that camera did not see it
   return {name, CsvColumn::Kind::kOptionalNumber, -kMaxPixel, kMaxPixel};
 }
-constexpr CsvColumn Sigma(const char* name, double most) {
-  return {name, CsvColumn::Kind::kNumber, 0, most};
-}
 
-CsvColumns operator+(CsvColumns columns, const CsvColumns& more) {
-  columns.insert(columns.end(), more.begin(), more.end());
-  return columns;
-}
-
-CsvColumns Numbers(std::initializer_list<const char*> names, double limit) {
+struct ColumnMaker {
   CsvColumns columns;
-  for (const char* name : names) columns.push_back(Number(name, limit));
-  return columns;
-}
 
-CsvColumns Sigmas(std::initializer_list<const char*> names, double most) {
-  CsvColumns columns;
-  for (const char* name : names) columns.push_back(Sigma(name, most));
-  return columns;
-}
+  template <typename T>
+  void operator()(std::initializer_list<const char*> names, const T&, double least, double most) {
+    constexpr auto kKind =
+        std::is_integral_v<T> ? CsvColumn::Kind::kInteger : CsvColumn::Kind::kNumber;
+    for (const char* name : names) columns.push_back({name, kKind, least, most});
+  }
+};
 
-CsvColumns Pose() {
-  return Numbers({"x_m", "y_m", "z_m"}, kMaxCoordinate_m) + Numbers({"qx", "qy", "qz", "qw"}, 1.01);
+// Those of the fields of an item, behind others.
+template <typename Item>
+CsvColumns ColumnsFor(CsvColumns first = {}) {
+  ColumnMaker maker{std::move(first)};
+  const Item item;
+  VisitFields(maker, item);
+  return maker.columns;
 }
 
 std::map<std::string, CsvColumns> MakeColumns() {
-  return {
-      {kStateTable, CsvColumns{Stamp("stamp_ns"), Segment()} + Pose() +
-                        Numbers({"vx_m_s", "vy_m_s", "vz_m_s"}, kMaxSpeed_m_s) +
-                        Numbers({"gyro_bias_x_rad_s", "gyro_bias_y_rad_s", "gyro_bias_z_rad_s",
-                                 "accel_bias_x_m_s2", "accel_bias_y_m_s2", "accel_bias_z_m_s2"},
-                                kMaxBias)},
-      {kKeyframeTable, CsvColumns{Id("id"), Segment(), Stamp("stamp_ns")} + Pose()},
-      {kObservationTable,
-       {Id("keyframe_id"), Id("landmark_id"), Pixel("left_x_px"), Pixel("left_y_px"),
-        Pixel("right_x_px"), Pixel("right_y_px")}},
-      {kLandmarkTable, CsvColumns{Id("id"), Segment(), Id("observations")} +
-                           Numbers({"x_m", "y_m", "z_m"}, kMaxCoordinate_m) +
-                           CsvColumns{Sigma("sigma_m", kMaxSigma_m)}},
-      {kWorldTable,
-       {Id("index"), Segment(), Number("heading_rad", kMaxHeading_rad),
-        Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"),
-        IntegerColumn("withdrawn", 0, 1)}},
-      {kSlopeTable, CsvColumns{Id("index"), Segment(), Number("azimuth_rad", kMaxHeading_rad),
-                               Sigma("elevation_rad", kMaxElevation_rad)} +
-                        Sigmas({"azimuth_sigma_rad", "elevation_sigma_rad"}, kMaxHeading_rad) +
-                        CsvColumns{Stamp("found_at_ns"), IntegerColumn("withdrawn", 0, 1)}},
-      {kLineTable,
-       CsvColumns{Id("id"), Segment(), IntegerColumn("axis", 0, 4),
-                  IntegerColumn("world", -1, kMaxId)} +
-           Numbers({"start_x_m", "start_y_m", "start_z_m", "end_x_m", "end_y_m", "end_z_m"},
-                   kMaxCoordinate_m) +
-           Numbers({"cov_xx_m2", "cov_xy_m2", "cov_xz_m2", "cov_yy_m2", "cov_yz_m2", "cov_zz_m2"},
-                   kMaxVariance_m2) +
-           CsvColumns{Id("observations"), Id("last_keyframe_id"),
-                      Sigma("deviation_rad", kMaxHeading_rad),
-                      Sigma("deviation_sigma_rad", kUnknownSigma_rad)}},
-      {kLineObservationTable,
-       {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
-        Pixel("left_end_x_px"), Pixel("left_end_y_px"), Pixel("right_start_x_px"),
-        Pixel("right_start_y_px"), Pixel("right_end_x_px"), Pixel("right_end_y_px")}},
-      {kLinePointTable, {Id("line_id"), Id("landmark_id")}},
-      {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
-      {kImuTable, CsvColumns{Stamp("stamp_ns")} +
-                      Numbers({"wx_rad_s", "wy_rad_s", "wz_rad_s"}, kMaxGyro_rad_s) +
-                      Numbers({"ax_m_s2", "ay_m_s2", "az_m_s2"}, kMaxAccel_m_s2)},
-      {kCalibrationTable,
-       CsvColumns{Stamp("stamp_ns"), Segment()} +
-           CsvColumns{Number("time_offset_s", kMaxTimeCorrection_s)} +
-           Numbers({"imu_rotation_x_rad", "imu_rotation_y_rad", "imu_rotation_z_rad"},
-                   kMaxTurn_rad) +
-           Numbers({"lever_x_m", "lever_y_m", "lever_z_m"}, kMaxLever_m) +
-           Numbers({"right_rotation_x_rad", "right_rotation_y_rad", "right_rotation_z_rad"},
-                   kMaxTurn_rad) +
-           CsvColumns{Number("focal_length", kMaxFocalShare)} +
-           Numbers({"right_centre_x_px", "right_centre_y_px"}, kMaxCentre_px) +
-           Numbers(
-               {"accel_scale_x", "accel_scale_y", "accel_scale_z", "accel_axes_yx", "accel_axes_zx",
-                "accel_axes_zy", "gyro_scale_x", "gyro_scale_y", "gyro_scale_z", "gyro_axes_xy",
-                "gyro_axes_xz", "gyro_axes_yx", "gyro_axes_yz", "gyro_axes_zx", "gyro_axes_zy"},
-               kMaxImuError) +
-           Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
-                   "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
-                   "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
-                   "right_rotation_z_sigma_rad", "focal_length_sigma"},
-                  kMaxCorrectionSigma) +
-           Sigmas({"right_centre_x_sigma_px", "right_centre_y_sigma_px"}, kMaxCentre_px) +
-           Sigmas({"accel_scale_x_sigma", "accel_scale_y_sigma", "accel_scale_z_sigma",
-                   "accel_axes_yx_sigma", "accel_axes_zx_sigma", "accel_axes_zy_sigma",
-                   "gyro_scale_x_sigma", "gyro_scale_y_sigma", "gyro_scale_z_sigma",
-                   "gyro_axes_xy_sigma", "gyro_axes_xz_sigma", "gyro_axes_yx_sigma",
-                   "gyro_axes_yz_sigma", "gyro_axes_zx_sigma", "gyro_axes_zy_sigma"},
-                  kMaxCorrectionSigma)}};
+  return {{kStateTable, ColumnsFor<OnlineState>()},
+          {kKeyframeTable, ColumnsFor<Keyframe>()},
+          {kObservationTable,
+           {Id("keyframe_id"), Id("landmark_id"), Pixel("left_x_px"), Pixel("left_y_px"),
+            Pixel("right_x_px"), Pixel("right_y_px")}},
+          {kLandmarkTable, ColumnsFor<Landmark>()},
+          {kWorldTable, ColumnsFor<ManhattanWorld>({Id("index")})},
+          {kSlopeTable, ColumnsFor<SlopedDirection>({Id("index")})},
+          {kLineTable, ColumnsFor<Line>()},
+          {kLineObservationTable,
+           {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
+            Pixel("left_end_x_px"), Pixel("left_end_y_px"), Pixel("right_start_x_px"),
+            Pixel("right_start_y_px"), Pixel("right_end_x_px"), Pixel("right_end_y_px")}},
+          {kLinePointTable, {Id("line_id"), Id("landmark_id")}},
+          {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
+          {kImuTable, ColumnsFor<ImuSample>()},
+          {kCalibrationTable, ColumnsFor<CalibrationEstimate>()}};
 }
-
-// The upper triangle of a symmetric matrix, in the order of the columns.
-constexpr std::array<std::pair<int, int>, 6> kUpperTriangle = {
-    {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
-
-std::string Cells(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 std::string Cells(const Eigen::Vector2d& v) { return fmt::format("{:.4f},{:.4f}", v.x(), v.y()); }
-
-std::string Cells(const ImuErrors& e) {
-  return fmt::format("{}", fmt::join(e.begin(), e.end(), ","));
-}
 
 std::string Cells(const LineSegment& s) { return Cells(s.start) + "," + Cells(s.end); }
 
@@ -141,17 +72,33 @@ std::string CellsOfBoth(const Observation& seen, const std::string& none) {
   return Cells(seen.left_px) + "," + (seen.right_px ? Cells(*seen.right_px) : none);
 }
 
-std::string Cells(const RigidTransform& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  return fmt::format("{},{},{},{},{}", Cells(pose.translation), q.x(), q.y(), q.z(), q.w());
+struct RowMaker {
+  std::string row;
+
+  template <typename T>
+  void operator()(std::initializer_list<const char*>, const T& value, double, double) {
+    if (!row.empty()) row += ',';
+    if constexpr (std::is_same_v<T, bool>) {
+      row += value ? '1' : '0';
+    } else if constexpr (std::is_arithmetic_v<T>) {
+      row += fmt::format("{}", value);
+    } else if constexpr (std::is_same_v<T, Eigen::Vector2d>) {
+      row += Cells(value);
+    } else {
+      row += fmt::format("{}", fmt::join(value.begin(), value.end(), ","));
+    }
+  }
+};
+
+template <typename Item>
+std::string RowOf(const Item& item, std::string first = "") {
+  RowMaker maker{std::move(first)};
+  VisitFields(maker, item);
+  return maker.row + "\n";
 }
 
 Eigen::Vector2d PixelAt(const CsvTable& table, std::size_t row, std::size_t column) {
   return {table.Number(row, column), table.Number(row, column + 1)};
-}
-
-Eigen::Vector3d VectorAt(const CsvTable& table, std::size_t row, std::size_t column) {
-  return {table.Number(row, column), table.Number(row, column + 1), table.Number(row, column + 2)};
 }
 
 // Of which all cells are numbers, or none.
@@ -177,15 +124,38 @@ int CameraOfRow(const CsvTable& table, std::size_t row, std::size_t first, std::
   return 0;
 }
 
-RigidTransform PoseAt(const CsvTable& table, std::size_t row, std::size_t column) {
-  RigidTransform pose;
-  pose.translation = VectorAt(table, row, column);
-  pose.rotation.coeffs() << VectorAt(table, row, column + 3), table.Number(row, column + 6);
-  if (std::abs(pose.rotation.norm() - 1) > 1e-3) {
-    table.Fail(row, column + 6, "a quaternion of length 1");
+struct RowReader {
+  const CsvTable& table;
+  std::size_t row = 0, column = 0;
+
+  template <typename T>
+  void operator()(std::initializer_list<const char*>, T& value, double, double) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = table.Integer(row, column++) != 0;
+    } else if constexpr (std::is_same_v<T, int>) {
+      value = table.Int(row, column++);
+    } else if constexpr (std::is_integral_v<T>) {
+      value = table.Integer(row, column++);
+    } else if constexpr (std::is_same_v<T, double>) {
+      value = table.Number(row, column++);
+    } else {
+      for (double& number : value) number = table.Number(row, column++);
+    }
+    if constexpr (std::is_same_v<T, Eigen::Vector4d>) {
+      if (std::abs(value.norm() - 1) > 1e-3) {
+        table.Fail(row, column - 1, "a quaternion of length 1");
+      }
+      value.normalize();
+    }
   }
-  pose.rotation.normalize();
-  return pose;
+};
+
+template <typename Item>
+Item ItemAt(const CsvTable& table, std::size_t row, std::size_t first_column = 0) {
+  RowReader reader{table, row, first_column};
+  Item item;
+  VisitFields(reader, item);
+  return item;
 }
 
 // Items by their ids, and what refers to them.
@@ -218,21 +188,13 @@ class OnceOnly {
   std::unordered_set<int64_t> seen_;
 };
 
-// Stamps that must rise.
-class Rising {
- public:
-  int64_t Next(const CsvTable& table, std::size_t row, std::size_t column) {
-    const int64_t stamp_ns = table.Integer(row, column);
-    if (last_ns_ && stamp_ns <= *last_ns_) {
-      table.Fail(row, column, fmt::format("a stamp after {}, that of the row before", *last_ns_));
-    }
-    last_ns_ = stamp_ns;
-    return stamp_ns;
-  }
-
- private:
-  std::optional<int64_t> last_ns_;
-};
+// Fails where the stamp of a row is not after that of the row before.
+void RequireRising(const CsvTable& table, std::size_t row, std::size_t column) {
+  if (row == 0) return;
+  const int64_t last_ns = table.Integer(row - 1, column);
+  if (table.Integer(row, column) > last_ns) return;
+  table.Fail(row, column, fmt::format("a stamp after {}, that of the row before", last_ns));
+}
 
 // Of a pair of ids, as of an observation.
 int64_t PairKey(int64_t a, int64_t b) { return a << 32 | b; }
@@ -244,15 +206,19 @@ const std::map<std::string, CsvColumns>& RunColumns() {
   return columns;
 }
 
-std::string Row(const OnlineState& state) {
-  return fmt::format("{},{},{},{},{},{}\n", state.stamp_ns, state.segment, Cells(state.T_world_imu),
-                     Cells(state.velocity_world_m_s), Cells(state.gyro_bias_rad_s),
-                     Cells(state.accel_bias_m_s2));
+std::string Row(const OnlineState& state) { return RowOf(state); }
+std::string Row(const Keyframe& keyframe) { return RowOf(keyframe); }
+std::string Row(const Landmark& landmark) { return RowOf(landmark); }
+std::string Row(const Line& line) { return RowOf(line); }
+std::string Row(const ImuSample& sample) { return RowOf(sample); }
+std::string Row(const CalibrationEstimate& estimate) { return RowOf(estimate); }
+
+std::string Row(int64_t index, const ManhattanWorld& world) {
+  return RowOf(world, std::to_string(index));
 }
 
-std::string Row(const Keyframe& keyframe) {
-  return fmt::format("{},{},{},{}\n", keyframe.id, keyframe.segment, keyframe.stamp_ns,
-                     Cells(keyframe.T_world_imu));
+std::string Row(int64_t index, const SlopedDirection& slope) {
+  return RowOf(slope, std::to_string(index));
 }
 
 std::string Row(int64_t keyframe_id, const KeyframeObservation& seen) {
@@ -263,46 +229,7 @@ std::string Row(int64_t keyframe_id, const LineObservation& seen) {
   return fmt::format("{},{},{}\n", keyframe_id, seen.id, CellsOfBoth(seen, "nan,nan,nan,nan"));
 }
 
-std::string Row(const Landmark& landmark) {
-  return fmt::format("{},{},{},{},{}\n", landmark.id, landmark.segment, landmark.observations,
-                     Cells(landmark.p_world), landmark.sigma_m);
-}
-
-std::string Row(int64_t index, const ManhattanWorld& world) {
-  return fmt::format("{},{},{},{},{},{}\n", index, world.segment, world.heading_rad,
-                     world.sigma_rad, world.found_at_ns, world.withdrawn ? 1 : 0);
-}
-
-std::string Row(int64_t index, const SlopedDirection& slope) {
-  return fmt::format("{},{},{},{},{},{},{},{}\n", index, slope.segment, slope.azimuth_rad,
-                     slope.elevation_rad, slope.azimuth_sigma_rad, slope.elevation_sigma_rad,
-                     slope.found_at_ns, slope.withdrawn ? 1 : 0);
-}
-
-std::string Row(const Line& line) {
-  std::string row =
-      fmt::format("{},{},{},{},{},{}", line.id, line.segment, static_cast<int>(line.axis),
-                  line.world, Cells(line.start_world), Cells(line.end_world));
-  for (const auto& [r, c] : kUpperTriangle) row += fmt::format(",{}", line.covariance_m2(r, c));
-  return row + fmt::format(",{},{},{},{}\n", line.observations, line.last_keyframe,
-                           line.deviation_rad, line.deviation_sigma_rad);
-}
-
 std::string Row(int64_t line_id, int64_t id) { return fmt::format("{},{}\n", line_id, id); }
-
-std::string Row(const ImuSample& sample) {
-  return fmt::format("{},{},{}\n", sample.stamp_ns, Cells(sample.angular_velocity_rad_s),
-                     Cells(sample.specific_force_m_s2));
-}
-
-std::string Row(const CalibrationEstimate& e) {
-  return fmt::format(
-      "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment, e.time_offset_s,
-      Cells(e.imu_rotation_rad), Cells(e.lever_m), Cells(e.right_rotation_rad), e.focal_length,
-      Cells(e.right_centre_px), Cells(e.imu_errors), e.time_offset_sigma_s,
-      Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m), Cells(e.right_rotation_sigma_rad),
-      e.focal_length_sigma, Cells(e.right_centre_sigma_px), Cells(e.imu_errors_sigma));
-}
 
 std::set<int> CollectSegments(const OdometryRun& run) {
   std::set<int> segments;
@@ -312,28 +239,18 @@ std::set<int> CollectSegments(const OdometryRun& run) {
 }
 
 void ReadStates(const CsvTable& table, OdometryRun* run) {
-  Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    OnlineState& state = run->states.emplace_back();
-    state.stamp_ns = stamps.Next(table, i, 0);
-    state.segment = table.Int(i, 1);
-    state.T_world_imu = PoseAt(table, i, 2);
-    state.velocity_world_m_s = VectorAt(table, i, 9);
-    state.gyro_bias_rad_s = VectorAt(table, i, 12);
-    state.accel_bias_m_s2 = VectorAt(table, i, 15);
+    RequireRising(table, i, 0);
+    run->states.push_back(ItemAt<OnlineState>(table, i));
   }
 }
 
 void ReadKeyframes(const CsvTable& table, OdometryRun* run) {
   OnceOnly ids;
-  Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    Keyframe& keyframe = run->keyframes.emplace_back();
-    keyframe.id = table.Integer(i, 0);
-    ids.Add(keyframe.id, table, i, 0);
-    keyframe.segment = table.Int(i, 1);
-    keyframe.stamp_ns = stamps.Next(table, i, 2);
-    keyframe.T_world_imu = PoseAt(table, i, 3);
+    ids.Add(table.Integer(i, 0), table, i, 0);
+    RequireRising(table, i, 2);
+    run->keyframes.push_back(ItemAt<Keyframe>(table, i));
   }
 }
 
@@ -355,39 +272,28 @@ void ReadObservations(const CsvTable& table, OdometryRun* run) {
 void ReadLandmarks(const CsvTable& table, OdometryRun* run) {
   OnceOnly ids;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    Landmark& landmark = run->landmarks.emplace_back();
-    landmark.id = table.Integer(i, 0);
-    ids.Add(landmark.id, table, i, 0);
-    landmark.segment = table.Int(i, 1);
-    landmark.observations = table.Int(i, 2);
-    landmark.p_world = VectorAt(table, i, 3);
-    landmark.sigma_m = table.Number(i, 6);
+    ids.Add(table.Integer(i, 0), table, i, 0);
+    run->landmarks.push_back(ItemAt<Landmark>(table, i));
   }
 }
 
-// The one of a row, which may be told again, or be new.
+// Of worlds and slopes: a row tells one again, or a new one.
 template <typename Item>
-Item& ItemOfRow(const CsvTable& table, std::size_t row, std::vector<Item>* items) {
-  const auto index = static_cast<std::size_t>(table.Integer(row, 0));
-  if (index > items->size()) table.Fail(row, 0, fmt::format("at most {}", items->size()));
-  if (index == items->size()) items->emplace_back();
-  return (*items)[index];
+void ReadDirections(const CsvTable& table, std::vector<Item>* items) {
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const auto index = static_cast<std::size_t>(table.Integer(i, 0));
+    if (index > items->size()) table.Fail(i, 0, fmt::format("at most {}", items->size()));
+    if (index == items->size()) items->emplace_back();
+    (*items)[index] = ItemAt<Item>(table, i, 1);
+  }
 }
 
 void ReadWorlds(const CsvTable& table, OdometryRun* run) {
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    ItemOfRow(table, i, &run->manhattan_worlds) = {table.Int(i, 1), table.Number(i, 2),
-                                                   table.Number(i, 3), table.Integer(i, 4),
-                                                   table.Integer(i, 5) != 0};
-  }
+  ReadDirections(table, &run->manhattan_worlds);
 }
 
 void ReadSlopes(const CsvTable& table, OdometryRun* run) {
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    ItemOfRow(table, i, &run->sloped_directions) = {
-        table.Int(i, 1),    table.Number(i, 2),  table.Number(i, 3),      table.Number(i, 4),
-        table.Number(i, 5), table.Integer(i, 6), table.Integer(i, 7) != 0};
-  }
+  ReadDirections(table, &run->sloped_directions);
 }
 
 void ReadLines(const CsvTable& table, OdometryRun* run) {
@@ -395,12 +301,8 @@ void ReadLines(const CsvTable& table, OdometryRun* run) {
   const auto worlds = static_cast<int>(run->manhattan_worlds.size());
   const auto slopes = static_cast<int>(run->sloped_directions.size());
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    Line& line = run->lines.emplace_back();
-    line.id = table.Integer(i, 0);
+    const Line& line = run->lines.emplace_back(ItemAt<Line>(table, i));
     ids.Add(line.id, table, i, 0);
-    line.segment = table.Int(i, 1);
-    line.axis = static_cast<LineAxis>(table.Int(i, 2));
-    line.world = table.Int(i, 3);
     const bool sloped = line.axis == LineAxis::kSloped;
     if (line.world >= (sloped ? slopes : worlds) || (sloped && line.world < 0)) {
       table.Fail(i, 3,
@@ -410,16 +312,6 @@ void ReadLines(const CsvTable& table, OdometryRun* run) {
     if (sloped && run->sloped_directions[line.world].segment != line.segment) {
       table.Fail(i, 3, "a sloped direction of the line's segment");
     }
-    line.start_world = VectorAt(table, i, 4);
-    line.end_world = VectorAt(table, i, 7);
-    for (std::size_t k = 0; k < kUpperTriangle.size(); ++k) {
-      const auto& [r, c] = kUpperTriangle[k];
-      line.covariance_m2(r, c) = line.covariance_m2(c, r) = table.Number(i, 10 + k);
-    }
-    line.observations = table.Int(i, 16);
-    line.last_keyframe = table.Integer(i, 17);
-    line.deviation_rad = table.Number(i, 18);
-    line.deviation_sigma_rad = table.Number(i, 19);
   }
 }
 
@@ -460,37 +352,19 @@ void ReadLineMerges(const CsvTable& table, OdometryRun* run) {
 }
 
 void ReadImu(const CsvTable& table, OdometryRun* run) {
-  Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    run->imu.push_back({stamps.Next(table, i, 0), VectorAt(table, i, 1), VectorAt(table, i, 4)});
+    RequireRising(table, i, 0);
+    run->imu.push_back(ItemAt<ImuSample>(table, i));
   }
 }
 
 void ReadCalibration(const CsvTable& table, OdometryRun* run) {
-  Rising stamps;
   const std::set<int> segments = CollectSegments(*run);
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    CalibrationEstimate& estimate = run->calibration.emplace_back();
-    estimate.stamp_ns = stamps.Next(table, i, 0);
-    estimate.segment = table.Int(i, 1);
-    if (!segments.contains(estimate.segment)) {
+    RequireRising(table, i, 0);
+    run->calibration.push_back(ItemAt<CalibrationEstimate>(table, i));
+    if (!segments.contains(run->calibration.back().segment)) {
       table.Fail(i, 1, "a segment that a state or a keyframe is of");
-    }
-    estimate.time_offset_s = table.Number(i, 2);
-    estimate.imu_rotation_rad = VectorAt(table, i, 3);
-    estimate.lever_m = VectorAt(table, i, 6);
-    estimate.right_rotation_rad = VectorAt(table, i, 9);
-    estimate.focal_length = table.Number(i, 12);
-    estimate.right_centre_px = {table.Number(i, 13), table.Number(i, 14)};
-    estimate.time_offset_sigma_s = table.Number(i, 30);
-    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 31);
-    estimate.lever_sigma_m = VectorAt(table, i, 34);
-    estimate.right_rotation_sigma_rad = VectorAt(table, i, 37);
-    estimate.focal_length_sigma = table.Number(i, 40);
-    estimate.right_centre_sigma_px = {table.Number(i, 41), table.Number(i, 42)};
-    for (int k = 0; k < kImuErrorsSize; ++k) {
-      estimate.imu_errors[k] = table.Number(i, 15 + k);
-      estimate.imu_errors_sigma[k] = table.Number(i, 43 + k);
     }
   }
 }

@@ -14,6 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 using ::testing::HasSubstr;
+using testing::MessageOf;
 
 // The length of faces that lie on a line through a place, look that way, and are there.
 double LengthOn(const BuildingPlan& plan, const Vector2d& p, const Vector2d& normal, double off_m) {
@@ -24,16 +25,6 @@ double LengthOn(const BuildingPlan& plan, const Vector2d& p, const Vector2d& nor
     if (looks_so && std::abs(normal.dot(face.Middle() - p)) < off_m) length_m += face.Length();
   }
   return length_m;
-}
-
-template <typename Error, typename Call>
-std::string MessageOf(Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
 }
 
 // A room of 8 m by 5 m from (1, 1), in walls of 0.2 m, with a doorway of 0.9 m from x = 3 in the
