@@ -163,7 +163,7 @@ constexpr double kPoseSigma_m = 0.001;  // no place counts as if it were known b
 constexpr std::array kTimes_s = {0.0, 1.0, 3.0, 10.0, 30.0};
 // An observation this far from its edge, in standard deviations (of the place, and of 2 cm beside
 // it), is of something else.
-constexpr double kMaxSigmas = 5;
+constexpr double kMostSigmasOff = 5;
 
 struct End {
   int64_t stamp_ns = 0;
@@ -362,7 +362,7 @@ bool IsFar(const End& end, const FittedLine& line) {
   const Matrix2d covariance_m2 =
       across.covariance_m2 + kOtherThing_m * kOtherThing_m * Matrix2d::Identity();
   return across.residual_m.dot(covariance_m2.inverse() * across.residual_m) >
-         kMaxSigmas * kMaxSigmas;
+         kMostSigmasOff * kMostSigmasOff;
 }
 
 }  // namespace

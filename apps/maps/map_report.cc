@@ -47,14 +47,15 @@ void AddStraightedges(const std::string& key, const std::string& label, const Ed
                                  {"within_din_18202", "within DIN 18202", "%", WithinDin}};
   if (rms) columns.insert(columns.begin(), {"rms", "RMS", "mm", Rms_mm});
   for (const Column& column : columns) {
-    for (size_t i = 0; i < std::size(kStraightedges_m); ++i) {
-      figures->push_back({fmt::format("{}_{}_{:g}m_{}", key, column.key, kStraightedges_m[i],
-                                      std::string(column.unit) == "%" ? "percent" : column.unit),
-                          fmt::format("{}, {:g} m: {}", label, kStraightedges_m[i], column.label),
-                          column.unit, 1, [of, i, figure = column.figure](const MeasuredMap& map) {
-                            const auto* all = of(map);
-                            return all ? OfEdge(*all, i, figure) : kNoFigure;
-                          }});
+    for (size_t i = 0; i < std::size(kMapStraightedges_m); ++i) {
+      figures->push_back(
+          {fmt::format("{}_{}_{:g}m_{}", key, column.key, kMapStraightedges_m[i],
+                       std::string(column.unit) == "%" ? "percent" : column.unit),
+           fmt::format("{}, {:g} m: {}", label, kMapStraightedges_m[i], column.label), column.unit,
+           1, [of, i, figure = column.figure](const MeasuredMap& map) {
+             const auto* all = of(map);
+             return all ? OfEdge(*all, i, figure) : kNoFigure;
+           }});
     }
   }
 }
@@ -174,7 +175,7 @@ std::string Contents(const MeasuredMap& map) {
 // Which is the straightest of those that a straightedge can be laid on.
 std::string RankBy(const std::vector<MeasuredMap>& maps, const std::string& what,
                    const EdgesOf& of) {
-  for (size_t i = std::size(kStraightedges_m); i-- > 0;) {
+  for (size_t i = std::size(kMapStraightedges_m); i-- > 0;) {
     std::vector<std::pair<double, std::string>> sorted;
     size_t have = 0;
     for (const MeasuredMap& map : maps) {
@@ -192,7 +193,7 @@ std::string RankBy(const std::vector<MeasuredMap>& maps, const std::string& what
       words.push_back(fmt::format("{} {:.2f} mm", name, rms_mm));
     }
     return fmt::format("{} under straightedges of {:g} m, the straightest first: {}", what,
-                       kStraightedges_m[i], fmt::join(words, ", "));
+                       kMapStraightedges_m[i], fmt::join(words, ", "));
   }
   return "";
 }

@@ -130,7 +130,7 @@ std::vector<LaidStraightedge> LayStraightedges(Samples samples, double noise_m) 
   std::vector<LaidStraightedge> laid;
   if (samples.size() < 3) return laid;
   SortAlong(&samples);
-  for (const double length_m : kStraightedges_m) {
+  for (const double length_m : kMapStraightedges_m) {
     if (const auto one = Lay(samples, length_m, noise_m)) laid.push_back(*one);
   }
   return laid;

@@ -21,7 +21,7 @@ struct LaidStraightedge {
   double gap_m = 0;   // the largest beneath it, without what noise alone makes
 };
 
-inline constexpr double kStraightedges_m[] = {1, 4, 10};
+inline constexpr double kMapStraightedges_m[] = {1, 4, 10};
 
 // By length, those that can be laid. Samples in any order; noise_m: standard deviation of one.
 std::vector<LaidStraightedge> LayStraightedges(std::vector<StraightSample> samples, double noise_m);

@@ -260,7 +260,7 @@ std::array<Vector3d, 4> FrameOfNames(const MapSource& source) {
   std::array<Vector3d, 4> frame = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(),
                                    Vector3d::Zero()};
   for (Vector3d& p : frame) {
-    p = source.georeference ? *source.georeference * p : Vector3d(p + source.world_offset_m);
+    p = source.georeference ? *source.georeference * p : p;
   }
   return frame;
 }

@@ -163,7 +163,7 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   SurfaceMetrics metrics;
   metrics.cloud = EvaluateCloud(surfaces, {}, {});
   metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
-  const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
+  const nlohmann::ordered_json json = SurfaceJson({}, metrics);
   const auto& score = json["cloud"]["scores"][0];
   for (const char* key : {"rms_m", "filled_seen"}) {
     EXPECT_EQ(json["cloud"].at(key).dump(), "null") << key;
@@ -176,7 +176,7 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
                           "passages_free", "behind_called_free"}) {
     EXPECT_EQ(json["occupancy"].at(key).dump(), "null") << key;
   }
-  const std::string table = SurfaceTable({}, metrics, {});
+  const std::string table = SurfaceTable({}, metrics);
   EXPECT_NE(table.find("0 points, 0 of them filled, - m RMS"), std::string::npos) << table;
   EXPECT_NE(table.find("end cells occupied - %"), std::string::npos) << table;
 }
