@@ -245,9 +245,9 @@ int PieceAt(const TrackedLine& line, const EdgePoint& place) {
   return -1;
 }
 
-class Union {
+class UnionOfLines {
  public:
-  Union(std::vector<SourceLine> sources, double alignment_m)
+  UnionOfLines(std::vector<SourceLine> sources, double alignment_m)
       : sources_(std::move(sources)), alignment_m_(alignment_m) {}
 
   LinesOfMap Of(const LinesOfMap& first, const LinesOfMap& second, const UnitedAxes& axes) {
@@ -346,7 +346,7 @@ LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double 
   std::vector<SourceLine> sources = CollectSourceLines(first, 0);
   std::vector<SourceLine> others = CollectSourceLines(renamed, 1);
   std::move(others.begin(), others.end(), std::back_inserter(sources));
-  return Union(std::move(sources), alignment_m).Of(first, renamed, axes);
+  return UnionOfLines(std::move(sources), alignment_m).Of(first, renamed, axes);
 }
 
 namespace {
