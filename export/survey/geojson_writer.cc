@@ -5,6 +5,7 @@
 
 #include "data/core/coordinate_system.h"
 #include "data/io/json.h"
+#include "export/scene/building_solids.h"
 #include "export/survey/storey_features.h"
 #include "export/survey/survey_points.h"
 #include "export/survey/survey_writers.h"
@@ -107,6 +108,9 @@ Json StoreyJson(const MapResult& map, const std::vector<FeatureLayer>& layers,
   }
   Json plan = {{"map", map.id}, {"units", geometry.InDegrees() ? "degrees" : "metres"}};
   if (storey) plan["storey"] = *storey;
+  if (const auto index = StoreyOfId(map.building, storey.value_or(-1))) {
+    plan["name"] = GetTitle(map.building.storeys[*index]);
+  }
   Json json = {{"type", "FeatureCollection"}, {"slcmap", plan}};
   // The RFC knows degrees alone: metres are told as its forerunner of 2008 told a system.
   if (!geometry.InDegrees()) {

@@ -17,6 +17,8 @@ Attribute Known(const std::optional<double>& value) {
   return value ? Attribute(*value) : Attribute();
 }
 
+Attribute Known(const std::string& name) { return name.empty() ? Attribute() : Attribute(name); }
+
 PlanPoints Placed(const Georeference& place, const PlanPoints& ring) {
   PlanPoints placed;
   for (const Vector2d& p : ring) placed.push_back((place * Vector3d(p.x(), p.y(), 0)).head<2>());
@@ -67,6 +69,7 @@ FeatureLayer Rooms(const MapResult& map, const Georeference& place) {
                         "room",
                         FeatureGeometry::kAreas,
                         {{"id", ColumnType::kInteger},
+                         {"name", ColumnType::kText},
                          {"area_m2", ColumnType::kReal},
                          {"floor_m", ColumnType::kReal},
                          {"height_m", ColumnType::kReal},
@@ -79,7 +82,7 @@ FeatureLayer Rooms(const MapResult& map, const Georeference& place) {
         {room.storey,
          {Placed(place, room.polygon)},
          {},
-         {room.id, room.area_m2, floor_m, Known(room.height_m), room.bounded}});
+         {room.id, Known(room.name), room.area_m2, floor_m, Known(room.height_m), room.bounded}});
   }
   return layer;
 }
@@ -89,6 +92,7 @@ FeatureLayer Openings(const MapResult& map, const Georeference& place) {
                         "opening",
                         FeatureGeometry::kLine,
                         {{"wall", ColumnType::kInteger},
+                         {"name", ColumnType::kText},
                          {"kind", ColumnType::kText},
                          {"width_m", ColumnType::kReal},
                          {"height_m", ColumnType::kReal},
@@ -105,6 +109,7 @@ FeatureLayer Openings(const MapResult& map, const Georeference& place) {
         feature.line.push_back(place * Vector3d(p.x(), p.y(), 0));
       }
       feature.attributes = {wall->id,
+                            Known(opening.name),
                             std::string(GetName(opening.kind)),
                             opening.to_m - opening.from_m,
                             opening.clear_height_m,

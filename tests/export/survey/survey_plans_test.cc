@@ -40,7 +40,10 @@ class SurveyPlanTest : public ::testing::Test {
 
 TEST_F(SurveyPlanTest, GdalReadsAllLayersOfAGeoPackage) {
   SLCMAP_NEEDS_READER("ogr2ogr");
-  const std::string path = Write(GeoPackageWriter(), testing::MakeTwoStoreys()).at(0);
+  MapResult map = testing::MakeTwoStoreys();
+  map.building.rooms[0].name = "Kitchen; \"old\"";
+  map.building.walls[0].openings[1].name = "W 7";
+  const std::string path = Write(GeoPackageWriter(), map).at(0);
   const std::string walls = Csv(path, "walls");
   EXPECT_THAT(walls, HasSubstr("WKT;storey;id;thickness_m;thickness_assumed;height_m;sigma_m"));
   // Between its doorway, its window and its passage; 2.7 m high.
@@ -50,10 +53,10 @@ TEST_F(SurveyPlanTest, GdalReadsAllLayersOfAGeoPackage) {
   EXPECT_THAT(walls, HasSubstr(";1;3;0.2;0;;0.004")) << "nobody saw how high it is";
   const std::string rooms = Csv(path, "rooms");
   EXPECT_THAT(rooms, HasSubstr("((0 0,8 0,8 6,0 6,0 0),(3 2,3 3,4 3,4 2,3 2))"));
-  EXPECT_THAT(rooms, HasSubstr(";0;0;47;-0.5;2.7;0.9"));
+  EXPECT_THAT(rooms, HasSubstr(";0;0;Kitchen; old;47;-0.5;2.7;0.9"));
   const std::string openings = Csv(path, "openings");
-  EXPECT_THAT(openings, HasSubstr("LINESTRING (1.0 6.12,1.9 6.12);0;0;door;0.9;2.05;0;1"));
-  EXPECT_THAT(openings, HasSubstr(";window;1.5;1.2;0.9;0"));
+  EXPECT_THAT(openings, HasSubstr("LINESTRING (1.0 6.12,1.9 6.12);0;0;;door;0.9;2.05;0;1"));
+  EXPECT_THAT(openings, HasSubstr(";W 7;window;1.5;1.2;0.9;0"));
   const std::string lines = Csv(path, "lines");
   EXPECT_THAT(lines, HasSubstr("LINESTRING Z (0 0 3.1,1 1 4.2345);1;2;"));
   EXPECT_THAT(testing::OutputOf("ogrinfo -so '" + path + "' walls"), HasSubstr("ENGCRS[\"building"))
