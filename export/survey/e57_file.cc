@@ -69,8 +69,7 @@ void E57Pages::Close(std::string_view header) {
 namespace {
 
 constexpr uint64_t kRecordsOfPacket = 2000;  // of at most 32 bytes: a packet has at most 65,536
-constexpr std::size_t kSectionHeaderBytes = 32, kIndexHeaderBytes = 16, kIndexEntryBytes = 16;
-constexpr uint64_t kMostIndexEntries = 2048;
+constexpr std::size_t kSectionHeaderBytes = 32, kIndexBytes = 32;
 
 struct E57Field {
   const char* name;
@@ -111,27 +110,13 @@ uint64_t DataBytes(const E57Scan& scan) {
          (rest == 0 ? 0 : PacketBytes(fields, rest));
 }
 
-uint64_t CountPackets(const E57Scan& scan) {
-  return (scan.count + kRecordsOfPacket - 1) / kRecordsOfPacket;
-}
-
-// The index names one packet of so many.
-uint64_t IndexStep(uint64_t packets) {
-  return (packets + kMostIndexEntries - 1) / kMostIndexEntries;
-}
-
-uint64_t IndexBytes(const E57Scan& scan) {
-  const uint64_t packets = CountPackets(scan), step = IndexStep(packets);
-  return kIndexHeaderBytes + kIndexEntryBytes * ((packets + step - 1) / step);
-}
-
 std::string SectionHeader(const E57Scan& scan, uint64_t start) {
   constexpr uint8_t kCompressedVector = 1;
   const uint64_t data = start + kSectionHeaderBytes, index = data + DataBytes(scan);
   std::string bytes;
   AppendBytes(kCompressedVector, &bytes);
   bytes.append(7, '\0');
-  AppendBytes(index + IndexBytes(scan) - start, &bytes);
+  AppendBytes(index + kIndexBytes - start, &bytes);
   AppendBytes(E57Pages::Physical(data), &bytes);
   AppendBytes(E57Pages::Physical(index), &bytes);
   return bytes;
@@ -208,9 +193,8 @@ E57File::E57File(const std::string& path, const std::string& guid, const std::st
 void E57File::Begin(const E57Scan& scan) {
   scan_ = scan;
   section_ = pages_.size();
-  added_ = packets_ = 0;
+  added_ = 0;
   streams_.assign(ListFields(scan).size(), "");
-  index_.clear();
   box_.setEmpty();
   pages_.Add(SectionHeader(scan, section_));
 }
@@ -238,10 +222,6 @@ void E57File::Add(const SurveyPoint& point) {
 
 void E57File::WritePacket() {
   constexpr uint8_t kData = 1;
-  if (packets_ % IndexStep(CountPackets(scan_)) == 0) {
-    index_.push_back({packets_ * kRecordsOfPacket, E57Pages::Physical(pages_.size())});
-  }
-  ++packets_;
   const uint64_t records = streams_[0].size() / sizeof(float);
   const std::size_t size = PacketBytes(ListFields(scan_), records);
   std::string packet;
@@ -260,15 +240,14 @@ void E57File::WritePacket() {
   pages_.Add(packet);
 }
 
+// Readers go through the packets: the index names the first one, as the standard wants at least.
 void E57File::WriteIndex() {
   std::string packet(2, '\0');  // of an index, without flags
-  AppendBytes(static_cast<uint16_t>(IndexBytes(scan_) - 1), &packet);
-  AppendBytes(static_cast<uint16_t>(index_.size()), &packet);
-  packet.resize(kIndexHeaderBytes, '\0');  // the lowest level
-  for (const IndexEntry& entry : index_) {
-    AppendBytes(entry.record, &packet);
-    AppendBytes(entry.physical, &packet);
-  }
+  AppendBytes(static_cast<uint16_t>(kIndexBytes - 1), &packet);
+  AppendBytes(uint16_t{1}, &packet);  // entries
+  packet.resize(16, '\0');            // the lowest level
+  AppendBytes(uint64_t{0}, &packet);  // the point, and where its packet is
+  AppendBytes(E57Pages::Physical(section_ + kSectionHeaderBytes), &packet);
   pages_.Add(packet);
 }
 

@@ -65,12 +65,8 @@ class E57File {
   E57Pages pages_;
   std::string guid_, crs_, scans_xml_;
   E57Scan scan_;
-  uint64_t section_ = 0, added_ = 0, packets_ = 0;  // where the scan's begins; and of it so far
-  std::vector<std::string> streams_;                // of the packet, one a field
-  struct IndexEntry {
-    uint64_t record = 0, physical = 0;
-  };
-  std::vector<IndexEntry> index_;
+  uint64_t section_ = 0, added_ = 0;  // where the scan's begins; points of it so far
+  std::vector<std::string> streams_;  // of the packet, one a field
   Eigen::AlignedBox3d box_;
 };
 

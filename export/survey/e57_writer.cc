@@ -6,8 +6,6 @@
 namespace slcmap::inline exporting {
 namespace {
 
-constexpr std::size_t kReportEvery = 65536;
-
 std::string Describe(PointSource source) {
   switch (source) {
     case PointSource::kStereo:
@@ -36,7 +34,7 @@ void WriteScan(const MapResult& map, PointSource source, const Progress& progres
                .T_file = MakePose(place),
                .has_surfaces = source != PointSource::kLandmark});
   for (std::size_t i = 0; i < count; ++i) {
-    if (i % kReportEvery == 0) {
+    if (i % kPointsToReport == 0) {
       progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(count));
     }
     SurveyPoint point = PointAt(map, source, i);

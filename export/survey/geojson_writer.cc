@@ -5,6 +5,7 @@
 
 #include "data/core/coordinate_system.h"
 #include "data/io/json.h"
+#include "export/scene/building_solids.h"
 #include "export/survey/storey_features.h"
 #include "export/survey/survey_points.h"
 #include "export/survey/survey_writers.h"
@@ -70,6 +71,11 @@ class GeoJsonGeometry {
   std::optional<CoordinateSystem> system_;
 };
 
+// In one line; names may hold any bytes, JSON holds UTF-8.
+std::string DumpInOneLine(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 Json AttributeJson(const Attribute& attribute) {
   return std::visit(
       [](const auto& value) -> Json {
@@ -95,25 +101,39 @@ Json FeatureJson(const FeatureLayer& layer, const StoreyFeature& feature,
       {"type", "Feature"}, {"properties", properties}, {"geometry", geometry.Make(layer, feature)}};
 }
 
-Json StoreyJson(const MapResult& map, const std::vector<FeatureLayer>& layers,
-                const std::optional<int64_t>& storey) {
-  const Georeference place = FindPlace(map.source);
-  const GeoJsonGeometry geometry(place);
-  Json features = Json::array();
-  for (const FeatureLayer& layer : layers) {
-    for (const StoreyFeature& feature : layer.features) {
-      if (feature.storey == storey) features.push_back(FeatureJson(layer, feature, geometry));
-    }
-  }
-  Json plan = {{"map", map.id}, {"units", geometry.InDegrees() ? "degrees" : "metres"}};
+// All but the features.
+Json PlanJson(const MapResult& map, const std::optional<int64_t>& storey, bool in_degrees) {
+  Json plan = {{"map", map.id}, {"units", in_degrees ? "degrees" : "metres"}};
   if (storey) plan["storey"] = *storey;
+  if (const auto index = StoreyOfId(map.building, storey.value_or(-1))) {
+    plan["name"] = GetTitle(map.building.storeys[*index]);
+  }
   Json json = {{"type", "FeatureCollection"}, {"slcmap", plan}};
   // The RFC knows degrees alone: metres are told as its forerunner of 2008 told a system.
-  if (!geometry.InDegrees()) {
-    json["crs"] = {{"type", "name"}, {"properties", {{"name", CrsWkt(place)}}}};
+  if (!in_degrees) {
+    json["crs"] = {{"type", "name"}, {"properties", {{"name", CrsWkt(FindPlace(map.source))}}}};
   }
-  json["features"] = features;
   return json;
+}
+
+// A line a feature: there may be a million of them.
+void WriteStorey(const std::string& path, const MapResult& map,
+                 const std::optional<int64_t>& storey) {
+  const GeoJsonGeometry geometry(FindPlace(map.source));
+  std::string head = DumpInOneLine(PlanJson(map, storey, geometry.InDegrees()));
+  head.pop_back();  // the brace: the features are the last that is in it
+  FileWriter file(path);
+  file.Add(head + ",\"features\":[");
+  bool is_first = true;
+  for (const FeatureLayer& layer : MakeFeatureLayers(map)) {
+    layer.visit([&](const StoreyFeature& feature) {
+      if (feature.storey != storey) return;
+      file.Add((is_first ? "\n" : ",\n") + DumpInOneLine(FeatureJson(layer, feature, geometry)));
+      is_first = false;
+    });
+  }
+  file.Add("\n]}\n");
+  file.Close();
 }
 
 }  // namespace
@@ -122,12 +142,10 @@ std::vector<std::string> GeoJsonWriter::Write(const std::string& folder, const M
                                               const Progress& progress) const {
   progress.ReportOrStop(0);
   MakeFolder(folder + "/plan");
-  const std::vector<FeatureLayer> layers = MakeFeatureLayers(map);
   std::vector<std::string> paths;
   const auto write = [&](const std::string& name, const std::optional<int64_t>& storey) {
     paths.push_back(fmt::format("{}/plan/{}.geojson", folder, name));
-    // In one line: indented, each coordinate would have its own.
-    WriteFile(paths.back(), StoreyJson(map, layers, storey).dump() + "\n");
+    WriteStorey(paths.back(), map, storey);
   };
   for (const Storey& storey : map.building.storeys) {
     write(fmt::format("storey_{}", storey.id), storey.id);

@@ -138,10 +138,10 @@ class GeoPackage {
     Eigen::AlignedBox2d extent;
     {
       const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertStatement(layer));
-      for (const StoreyFeature& feature : layer.features) {
+      layer.visit([&](const StoreyFeature& feature) {
         AddFeature(layer, feature, insert.get());
         extent.extend(ComputeExtent(feature));
-      }
+      });
     }
     Register(layer, extent);
   }

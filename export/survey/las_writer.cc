@@ -10,8 +10,6 @@
 namespace slcmap::inline exporting {
 namespace {
 
-constexpr std::size_t kReportEvery = 65536;
-
 LasVersion ChooseVersion(const LasOptions& options, std::size_t points) {
   const bool fits = points <= std::numeric_limits<uint32_t>::max();
   if (!fits) spdlog::info("las: {} points are more than LAS 1.2 can count, written as 1.4", points);
@@ -37,7 +35,7 @@ std::vector<std::string> LasWriter::Write(const std::string& folder, const MapRe
       {EpsgCode(place.crs), CrsWkt(place), place.origin_m.array().round()});  // as people read them
   for (const PointSource source : kPointSources) {
     for (std::size_t i = 0; i < CountPoints(map, source); ++i, ++done) {
-      if (done % kReportEvery == 0) {
+      if (done % kPointsToReport == 0) {
         progress.ReportOrStop(static_cast<double>(done) / static_cast<double>(all));
       }
       SurveyPoint point = PointAt(map, source, i);

@@ -2,6 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+#include <map>
+
 #include "data/core/error.h"
 #include "export/scene/building_solids.h"
 #include "export/scene/map_layers.h"
@@ -16,6 +19,8 @@ using Eigen::Vector3d;
 Attribute Known(const std::optional<double>& value) {
   return value ? Attribute(*value) : Attribute();
 }
+
+Attribute Known(const std::string& name) { return name.empty() ? Attribute() : Attribute(name); }
 
 PlanPoints Placed(const Georeference& place, const PlanPoints& ring) {
   PlanPoints placed;
@@ -35,16 +40,9 @@ std::optional<double> KnownHeight(const PlanWall& wall, const Building& building
   return height.assumed ? std::nullopt : std::optional(height.height_m);
 }
 
-FeatureLayer Walls(const MapResult& map, const Georeference& place) {
-  FeatureLayer layer = {"walls",
-                        "wall",
-                        FeatureGeometry::kAreas,
-                        {{"id", ColumnType::kInteger},
-                         {"thickness_m", ColumnType::kReal},
-                         {"thickness_assumed", ColumnType::kBoolean},
-                         {"height_m", ColumnType::kReal},
-                         {"sigma_m", ColumnType::kReal}},
-                        {}};
+using Visitor = std::function<void(const StoreyFeature&)>;
+
+void VisitWalls(const MapResult& map, const Georeference& place, const Visitor& visit) {
   const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(map.building);
   for (const PlanWall& wall : map.building.walls) {
     const auto solid = solids.find(&wall);
@@ -57,44 +55,22 @@ FeatureLayer Walls(const MapResult& map, const Georeference& place) {
     if (feature.areas.empty()) continue;  // it is all openings
     feature.attributes = {wall.id, wall.thickness_m, wall.thickness_assumed,
                           Known(KnownHeight(wall, map.building)), wall.sigma_m};
-    layer.features.push_back(feature);
+    visit(feature);
   }
-  return layer;
 }
 
-FeatureLayer Rooms(const MapResult& map, const Georeference& place) {
-  FeatureLayer layer = {"rooms",
-                        "room",
-                        FeatureGeometry::kAreas,
-                        {{"id", ColumnType::kInteger},
-                         {"area_m2", ColumnType::kReal},
-                         {"floor_m", ColumnType::kReal},
-                         {"height_m", ColumnType::kReal},
-                         {"bounded", ColumnType::kReal}},
-                        {}};
+void VisitRooms(const MapResult& map, const Georeference& place, const Visitor& visit) {
   for (const Room& room : map.building.rooms) {
     if (room.polygon.outline.size() < 3) continue;
     const double floor_m = (place * Vector3d(0, 0, room.floor_m)).z();
-    layer.features.push_back(
-        {room.storey,
-         {Placed(place, room.polygon)},
-         {},
-         {room.id, room.area_m2, floor_m, Known(room.height_m), room.bounded}});
+    visit({room.storey,
+           {Placed(place, room.polygon)},
+           {},
+           {room.id, Known(room.name), room.area_m2, floor_m, Known(room.height_m), room.bounded}});
   }
-  return layer;
 }
 
-FeatureLayer Openings(const MapResult& map, const Georeference& place) {
-  FeatureLayer layer = {"openings",
-                        "opening",
-                        FeatureGeometry::kLine,
-                        {{"wall", ColumnType::kInteger},
-                         {"kind", ColumnType::kText},
-                         {"width_m", ColumnType::kReal},
-                         {"height_m", ColumnType::kReal},
-                         {"sill_m", ColumnType::kReal},
-                         {"walked", ColumnType::kBoolean}},
-                        {}};
+void VisitOpenings(const MapResult& map, const Georeference& place, const Visitor& visit) {
   for (const auto& [wall, solid] : SolidsOfWalls(map.building)) {
     const double behind_m = 0.5 * solid.Thickness();
     for (const PlanOpening& opening : wall->openings) {
@@ -105,27 +81,18 @@ FeatureLayer Openings(const MapResult& map, const Georeference& place) {
         feature.line.push_back(place * Vector3d(p.x(), p.y(), 0));
       }
       feature.attributes = {wall->id,
+                            Known(opening.name),
                             std::string(GetName(opening.kind)),
                             opening.to_m - opening.from_m,
                             opening.clear_height_m,
                             opening.sill_m,
                             opening.walked};
-      layer.features.push_back(feature);
+      visit(feature);
     }
   }
-  return layer;
 }
 
-FeatureLayer Lines(const MapResult& map, const Georeference& place) {
-  FeatureLayer layer = {"lines",
-                        "line",
-                        FeatureGeometry::kLineInSpace,
-                        {{"id", ColumnType::kInteger},
-                         {"kind", ColumnType::kText},
-                         {"axis", ColumnType::kText},
-                         {"sigma_m", ColumnType::kReal},
-                         {"radius_m", ColumnType::kReal}},
-                        {}};
+void VisitLines(const MapResult& map, const Georeference& place, const Visitor& visit) {
   const auto add = [&](const auto& line, const char* kind, const Attribute& radius_m) {
     StoreyFeature feature;
     const auto storey = StoreyAt(map.building, 0.5 * (line.start_world.z() + line.end_world.z()));
@@ -133,29 +100,39 @@ FeatureLayer Lines(const MapResult& map, const Georeference& place) {
     feature.line = {place * line.start_world, place * line.end_world};
     feature.attributes = {line.id, std::string(kind), std::string(AxisName(line.axis)),
                           line.sigma_m, radius_m};
-    layer.features.push_back(feature);
+    visit(feature);
   };
   for (const auto* lines : {&map.lines, &map.marks}) {
     for (const MapLine& line : *lines) add(line, GetName(line.kind), Attribute());
   }
   for (const MapPipe& pipe : map.pipes) add(pipe, GetName(LineKind::kPipe), pipe.radius_m);
-  return layer;
 }
 
-void RequireFinite(const FeatureLayer& layer, const StoreyFeature& feature) {
-  bool is_finite = true;
-  for (const Vector3d& p : feature.line) is_finite = is_finite && p.allFinite();
-  for (const Polygon& area : feature.areas) {
-    for (const Vector2d& p : area.outline) is_finite = is_finite && p.allFinite();
-    for (const PlanPoints& hole : area.holes) {
-      for (const Vector2d& p : hole) is_finite = is_finite && p.allFinite();
-    }
+bool IsFinite(const StoreyFeature& feature) {
+  for (const Vector3d& p : feature.line) {
+    if (!p.allFinite()) return false;
   }
-  if (is_finite) return;
-  throw DataError(
-      fmt::format("map: {}: found a number that is not finite, expected metres: make "
-                  "the map again",
-                  layer.name));
+  for (const Polygon& area : feature.areas) {
+    if (!std::isfinite(Area(area))) return false;
+  }
+  return true;
+}
+
+using VisitAll = void (*)(const MapResult& map, const Georeference& place, const Visitor& visit);
+
+// How features of a layer are visited, with a look at their numbers.
+std::function<void(const Visitor&)> Checked(const char* name, const MapResult& map,
+                                            VisitAll visit_all) {
+  return [name, &map, visit_all](const Visitor& visit) {
+    visit_all(map, FindPlace(map.source), [&](const StoreyFeature& feature) {
+      if (!IsFinite(feature)) {
+        throw DataError(fmt::format(
+            "map: {}: found a number that is not finite, expected metres: make the map again",
+            name));
+      }
+      visit(feature);
+    });
+  };
 }
 
 }  // namespace
@@ -170,13 +147,47 @@ Eigen::AlignedBox2d ComputeExtent(const StoreyFeature& feature) {
 }
 
 std::vector<FeatureLayer> MakeFeatureLayers(const MapResult& map) {
-  const Georeference place = FindPlace(map.source);
-  std::vector<FeatureLayer> layers = {Walls(map, place), Rooms(map, place), Openings(map, place),
-                                      Lines(map, place)};
-  for (const FeatureLayer& layer : layers) {
-    for (const StoreyFeature& feature : layer.features) RequireFinite(layer, feature);
-  }
-  return layers;
+  constexpr ColumnType kInteger = ColumnType::kInteger, kReal = ColumnType::kReal,
+                       kText = ColumnType::kText, kBoolean = ColumnType::kBoolean;
+  return {{"walls",
+           "wall",
+           FeatureGeometry::kAreas,
+           {{"id", kInteger},
+            {"thickness_m", kReal},
+            {"thickness_assumed", kBoolean},
+            {"height_m", kReal},
+            {"sigma_m", kReal}},
+           Checked("walls", map, VisitWalls)},
+          {"rooms",
+           "room",
+           FeatureGeometry::kAreas,
+           {{"id", kInteger},
+            {"name", kText},
+            {"area_m2", kReal},
+            {"floor_m", kReal},
+            {"height_m", kReal},
+            {"bounded", kReal}},
+           Checked("rooms", map, VisitRooms)},
+          {"openings",
+           "opening",
+           FeatureGeometry::kLine,
+           {{"wall", kInteger},
+            {"name", kText},
+            {"kind", kText},
+            {"width_m", kReal},
+            {"height_m", kReal},
+            {"sill_m", kReal},
+            {"walked", kBoolean}},
+           Checked("openings", map, VisitOpenings)},
+          {"lines",
+           "line",
+           FeatureGeometry::kLineInSpace,
+           {{"id", kInteger},
+            {"kind", kText},
+            {"axis", kText},
+            {"sigma_m", kReal},
+            {"radius_m", kReal}},
+           Checked("lines", map, VisitLines)}};
 }
 
 }  // namespace slcmap::exporting

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -36,14 +37,16 @@ struct FeatureLayer {
   std::string feature;  // what one of them is called
   FeatureGeometry geometry = FeatureGeometry::kAreas;
   std::vector<Column> columns;
-  std::vector<StoreyFeature> features;
+  // Calls its argument with each feature, in the order of the map. Throws DataError for numbers
+  // that are not finite.
+  std::function<void(const std::function<void(const StoreyFeature&)>&)> visit;
 };
 
 Eigen::AlignedBox2d ComputeExtent(const StoreyFeature& feature);
 
 // "walls" (areas between their openings), "rooms", "openings" (lines from jamb to jamb, in the
 // middle of the wall's thickness) and "lines" (in space: edges, marks and the axes of pipes).
-// Throws DataError for a map with numbers that are not finite.
+// Features are made one by one, out of the map, which has to live as long as the layers.
 std::vector<FeatureLayer> MakeFeatureLayers(const MapResult& map);
 
 }  // namespace slcmap::exporting

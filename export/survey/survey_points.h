@@ -31,6 +31,8 @@ struct SurveyPoint {
   PointSource source = PointSource::kStereo;
 };
 
+inline constexpr std::size_t kPointsToReport = 65536;  // that are written between two reports
+
 std::size_t CountPoints(const MapResult& map, PointSource source);
 
 // In the world of the map. `index` is less than CountPoints. Throws DataError for a point that is
