@@ -36,7 +36,8 @@ const char* const kFiles[] = {
     "line_bars.ply", "plan.pdf", "plan/no_storey.svg", "plan.dxf", "map.dxf", "map.obj",
     "map.mtl", "map.ifc", "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt",
     "limap/alltracks.txt", "limap/lines.txt", "grid/no_storey.pgm", "grid/no_storey.yaml",
-    "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt"};
+    "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt", "tiles/tileset.json",
+    "tiles/lines/0.glb", "tiles/points/0_0_0_0.glb", "tiles/points/0_0_0_0.subtree"};
 // clang-format on
 
 ExportOptions OfFormats(const std::vector<std::string>& formats) {
