@@ -37,7 +37,8 @@ const char* const kFiles[] = {
     "map.mtl", "map.ifc", "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt",
     "limap/alltracks.txt", "limap/lines.txt", "grid/no_storey.pgm", "grid/no_storey.yaml",
     "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt", "cloud.las", "cloud.e57",
-    "plan.gpkg", "plan/no_storey.geojson"};
+    "plan.gpkg", "plan/no_storey.geojson", "tiles/tileset.json",
+    "tiles/lines/0.glb", "tiles/points/0_0_0_0.glb", "tiles/points/0_0_0_0.subtree"};
 // clang-format on
 
 ExportOptions OfFormats(const std::vector<std::string>& formats) {

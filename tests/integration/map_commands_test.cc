@@ -193,6 +193,14 @@ TEST_F(ViewTest, WrongPlacesAreNamedAndLeftAsTheyWere) {
   EXPECT_FALSE(std::filesystem::exists(map_ + "/map.html"));
 }
 
+TEST_F(ViewTest, WhatCannotBeServedIsNamed) {
+  ExpectError(RunSlcmap("view --serve " + map_), 1, "found no tileset.json in it or below");
+  ExpectError(RunSlcmap("view --serve " + folder_.Path("none")), 1, "none: found no tileset.json");
+  ExpectError(RunSlcmap("view " + map_), 2, "--output: missing");
+  ExpectError(RunSlcmap("view --serve " + map_ + " --port 70000"), 2, "70000");
+  ExpectError(RunSlcmap("view " + map_ + " --serve " + map_), 2, "--serve");
+}
+
 TEST_F(ViewTest, PicturesNeedTheRecording) {
   const std::string view = "view " + map_ + " -o " + folder_.Path("map.html");
   ExpectError(RunSlcmap(view + " --images --sequence " + folder_.Path("gone")), 1,

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs distance_test.mjs, page_test.mjs and pictures_test.mjs on pages of a made room, and
-# tiles_test.mjs on its tiles, which the program serves. Ends with 77 (skipped), saying what is missing, where there is no Chromium, no node or no page.
+# tiles_test.mjs on its tiles, which the program serves. Ends with 77 (skipped), saying what is
+# missing, where there is no Chromium, no node or no page.
 #
 #   page_test.sh BUILD WRITE_ROOM_PAGE SLCMAP
 set -euo pipefail

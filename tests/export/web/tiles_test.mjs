@@ -51,11 +51,12 @@ async function newPage(url) {
 
 // All tiles that the view asks for are there.
 async function loaded(page) {
-  await page.waitForFunction(() => {
+  const isLoaded = () => {
     app.view.invalidate();
     const { tiles } = app;
     return app.sets && !tiles.isLoading() && tiles.counts().points > 0 && tiles.error_px < 6.01;
-  });
+  };
+  await page.waitForFunction(isLoaded, null, { polling: 200 });
 }
 
 test('a server shows a tileset and asks nobody else', async () => {
@@ -89,7 +90,6 @@ test('distances between points are measured', async () => {
   const page = await newPage(address);
   await loaded(page);
   await page.getByRole('button', { name: 'Measure' }).click();
-  // The ends of a lower edge of the room, 4 m long: seen from above, so that nothing is before them.
   const text = await page.evaluate(() => {
     app.setPicks([app.corners[0], app.corners[0].clone().setX(app.corners[0].x + 4)]);
     return document.getElementById('card').innerText;
