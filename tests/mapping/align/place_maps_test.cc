@@ -30,7 +30,7 @@ RigidTransform Turned(double yaw_deg, const Vector3d& t) {
   return LevelTransform(yaw_deg * kDegree, t);
 }
 
-Scene Flat() {
+Scene TwoRoomFlat() {
   return testing::SceneFromText(R"(
 objects:
   - {kind: slab, at: [0, 0, 0], size: [9, 4], material: carpet}
@@ -55,8 +55,8 @@ Scene OtherBuilding() {
 
 TEST(MapOverlap, WhatOverlapsIsLikelyAndItsPlaceAboutKnown) {
   const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
-  const IndexedMap all(MakePlaceIndex(ScannedMap(Flat(), kAll))),
-      west(MakePlaceIndex(ScannedMap(Flat(), kWest, T, "b"))),
+  const IndexedMap all(MakePlaceIndex(ScannedMap(TwoRoomFlat(), kAll))),
+      west(MakePlaceIndex(ScannedMap(TwoRoomFlat(), kWest, T, "b"))),
       other(MakePlaceIndex(ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c")));
   const MapOverlap found = all.FindOverlap(west);
   EXPECT_GT(found.log_odds, 5);
@@ -71,7 +71,7 @@ TEST(MapOverlap, WhatOverlapsIsLikelyAndItsPlaceAboutKnown) {
 
 TEST(PlaceIndex, ComesBackFromAFolderInSomeKilobytes) {
   const testing::TempFolder folder;
-  const PlaceIndex index = MakePlaceIndex(ScannedMap(Flat(), kAll));
+  const PlaceIndex index = MakePlaceIndex(ScannedMap(TwoRoomFlat(), kAll));
   WritePlaceIndex(folder.Path(kPlaceFile), index);
   EXPECT_LT(std::filesystem::file_size(folder.Path(kPlaceFile)), 10'000u);
   const PlaceIndex read = ReadPlaceIndex(folder.Path());
@@ -222,9 +222,9 @@ MapPlacement PlaceScanned(std::vector<MapResult> scanned) {
 TEST(PlaceMaps, WalksOfOneBuildingLieTogetherAndAnotherBuildingApart) {
   const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
   const MapPlacement placement =
-      PlaceScanned({ScannedMap(Flat(), kWest), ScannedMap(Flat(), kAll, T, "b"),
+      PlaceScanned({ScannedMap(TwoRoomFlat(), kWest), ScannedMap(TwoRoomFlat(), kAll, T, "b"),
                     ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"),
-                    ScannedMap(Flat(), {{2, 1.5, 1.5}, {3.5, 2.5, 1.5}}, T.Inverse(), "d")});
+                    ScannedMap(TwoRoomFlat(), {{2, 1.5, 1.5}, {3.5, 2.5, 1.5}}, T.Inverse(), "d")});
   EXPECT_EQ(placement.maps[1].group, 0u);
   EXPECT_EQ(placement.maps[2].group, 2u);
   EXPECT_EQ(placement.maps[3].group, 0u);
