@@ -218,6 +218,8 @@ double IndexedMap::WalkHeight_m() const {
   return Quantile(std::move(heights_m), 0.5);
 }
 
+std::size_t IndexedMap::WalkPlaces() const { return contents_->walk_world.size(); }
+
 std::vector<MapPair> FindOverlaps(const std::vector<IndexedMap>& maps, std::size_t map) {
   std::vector<MapPair> pairs;
   for (std::size_t before = 0; before < map; ++before) {

@@ -6,7 +6,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -206,9 +209,65 @@ class MapPlacer {
     }
     std::ranges::stable_sort(found, std::greater(),
                              [](const AlignedPair* pair) { return Support(*pair->found); });
+    FindSuspects(found);
     bool has_grown = true;
     while (has_grown) {
       has_grown = std::ranges::any_of(found, [&](const AlignedPair* pair) { return Join(*pair); });
+    }
+  }
+
+  // Three maps of which each pair was found: whether the third pair says what the others do.
+  bool Closes(const AlignedPair& ab, const AlignedPair& bc, const AlignedPair& ac) const {
+    const Vector3d at = ac.found->T_first_second.Inverse() * ac.found->information.centre_first;
+    return Agrees(ac, ac.found->T_first_second, ab.found->T_first_second * bc.found->T_first_second,
+                  at, 3);
+  }
+
+  std::string NamesOf(const std::array<const AlignedPair*, 3>& pairs) const {
+    std::set<std::size_t> maps;
+    for (const AlignedPair* pair : pairs) maps.insert({pair->first, pair->second});
+    std::vector<std::string> names;
+    for (const std::size_t map : maps) names.push_back(maps_[map].name);
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+
+  // Of three pairs that do not close, those that close no other three: one that is worth much less
+  // than the others is wrong, else it cannot be told which is, and none is taken.
+  void FindSuspects(const std::vector<const AlignedPair*>& found) {
+    using Three = std::array<const AlignedPair*, 3>;
+    std::map<std::pair<std::size_t, std::size_t>, const AlignedPair*> by_maps;
+    for (const AlignedPair* pair : found) by_maps[{pair->first, pair->second}] = pair;
+    std::vector<Three> broken;
+    std::set<const AlignedPair*> closing;
+    for (const auto& [ac, pair] : by_maps) {
+      for (std::size_t b = ac.first + 1; b < ac.second; ++b) {
+        const auto ab = by_maps.find({ac.first, b}), bc = by_maps.find({b, ac.second});
+        if (ab == by_maps.end() || bc == by_maps.end()) continue;
+        const Three three = {ab->second, bc->second, pair};
+        if (Closes(*ab->second, *bc->second, *pair)) {
+          closing.insert(three.begin(), three.end());
+        } else {
+          broken.push_back(three);
+        }
+      }
+    }
+    suspects_.clear();
+    for (Three three : broken) {
+      std::ranges::stable_sort(three, {},
+                               [](const AlignedPair* pair) { return Support(*pair->found); });
+      std::vector<const AlignedPair*> in_doubt;
+      std::ranges::copy_if(three, std::back_inserter(in_doubt),
+                           [&](const AlignedPair* pair) { return !closing.contains(pair); });
+      if (in_doubt.size() > 1 &&
+          Support(*in_doubt[1]->found) >= kLeastMajority * Support(*in_doubt[0]->found)) {
+        in_doubt.resize(1);
+      }
+      for (const AlignedPair* pair : in_doubt) {
+        suspects_.insert(pair);
+        against_[pair] =
+            fmt::format("found the pairs of {} not to agree on one place; expected three that do",
+                        NamesOf(three));
+      }
     }
   }
 
@@ -221,7 +280,7 @@ class MapPlacer {
   // Whether the maps of the groups of a pair are now of one.
   bool Join(const AlignedPair& pair) {
     const std::size_t first = placed_[pair.first].group, second = placed_[pair.second].group;
-    if (first == second) return false;
+    if (first == second || suspects_.contains(&pair)) return false;
     const RigidTransform T_first_second = BetweenGroups(pair);
     for (const auto& refusal : {FindTwin(pair), FindContradiction(pair, T_first_second),
                                 FindWrongHeight(first, second, T_first_second)}) {
@@ -338,6 +397,8 @@ class MapPlacer {
       for (const std::size_t map : {pair.first, pair.second}) {
         if (doubt.first != map && doubt.second != map) continue;
         const std::size_t third = doubt.first == map ? doubt.second : doubt.first;
+        // It is the smaller one that has two places in the other.
+        if (indexed_[map].WalkPlaces() > indexed_[third].WalkPlaces()) continue;
         if (third == pair.first || third == pair.second || !IsTwin(pair, map, third, doubt)) {
           continue;
         }
@@ -439,6 +500,7 @@ class MapPlacer {
   std::vector<AlignedPair> pairs_;
   std::vector<MapPair> others_;  // that are likely, but were not tried yet
   std::vector<PlacedMap> placed_;
+  std::set<const AlignedPair*> suspects_;
   std::map<const AlignedPair*, std::string> against_;  // of pairs that were found: why not
 };
 

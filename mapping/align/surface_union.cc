@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -320,6 +321,31 @@ class RaysOfView {
   const Camera& camera_;
 };
 
+// How far a point that a left camera shows is away at most.
+double FarthestSeen_m(const Camera& camera) {
+  double longest = 1;
+  for (const double x_px : {0.0, static_cast<double>(camera.width_px)}) {
+    for (const double y_px : {0.0, static_cast<double>(camera.height_px)}) {
+      longest = std::max(longest,
+                         PlaneFromPixel(camera, Eigen::Vector2d(x_px, y_px)).homogeneous().norm());
+    }
+  }
+  return kFarthest_m * longest;
+}
+
+// The points that views can see at all: of a large building they are few.
+std::vector<DensePoint> PointsNear(const Views& views, const Rig& rig,
+                                   const std::vector<DensePoint>& cloud) {
+  Eigen::AlignedBox3d box;
+  for (const View& view : views) box.extend(WorldFromCamera(view, rig).translation);
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(FarthestSeen_m(rig.cameras[0]));
+  const Eigen::AlignedBox3d near(box.min() - reach, box.max() + reach);
+  std::vector<DensePoint> points;
+  std::ranges::copy_if(cloud, std::back_inserter(points),
+                       [&](const DensePoint& point) { return near.contains(point.p_world); });
+  return points;
+}
+
 }  // namespace
 
 std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
@@ -332,10 +358,11 @@ std::vector<ViewRays> CollectCloudRays(const Trajectory& poses, const Rig& rig,
     for (std::size_t i = first; i < std::min(poses.size(), first + kViewsAtOnce); ++i) {
       views.push_back({poses[i].stamp_ns, 0, poses[i].T_world_imu});
     }
-    const VisibilityDepths depths(cloud, size_m, ViewCameras(views, rig));
+    const std::vector<DensePoint> near = PointsNear(views, rig, cloud);
+    const VisibilityDepths depths(near, size_m, ViewCameras(views, rig));
     for (std::size_t i = 0; i < views.size(); ++i) {
       const RaysOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
-      rays.push_back(view.Of(cloud, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
+      rays.push_back(view.Of(near, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
         return depths.Hides(static_cast<int>(i), 0, px, depth_m);
       }));
     }
