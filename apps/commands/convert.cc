@@ -1,4 +1,6 @@
 // slcmap convert: a recording or a video written anew, as an EuRoC (ASL) folder or as a bag.
+#include "apps/commands/convert.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/odometry_stage.h"
-#include "apps/commands/output_bag.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
@@ -23,12 +24,127 @@
 namespace slcmap::inline commands {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct ConvertArguments {
   std::string input, output, folder, packing;
   SequenceOptions opened;
   SequencePart part;
   bool keep_files = false;
   VideoRecording video;
+};
+
+// What each kind of bag can be packed with.
+const std::map<std::string, std::vector<std::string>>& KnownPackings() {
+  static const std::map<std::string, std::vector<std::string>> known = {
+      {"bag", {"none", "lz4", "bz2"}},
+      {"db3", {"none", "zstd"}},
+      {"mcap", {"none", "lz4", "zstd", "unchunked"}}};
+  return known;
+}
+
+}  // namespace
+
+BagPacking ParsePacking(const std::string& output, const std::string& text) {
+  BagPacking packing{kFolder, ""};
+  std::string ending;
+  for (const auto& [form, compressions] : KnownPackings()) {
+    if (output.ends_with("." + form)) ending = packing.form = form;
+  }
+  std::vector<std::string> words = SplitAtCommas(text);
+  if (words.back().empty()) words.pop_back();
+  for (const std::string& word : words) {
+    const bool is_form = word == kFolder || KnownPackings().contains(word);
+    (is_form ? packing.form : packing.compression) = word;
+  }
+  if (!ending.empty() && packing.form != ending) {
+    throw ConfigError(fmt::format("--packing: found {} for {}, expected {} by its ending",
+                                  packing.form, output, ending));
+  }
+  if (packing.form == kFolder && !packing.compression.empty()) {
+    throw ConfigError(fmt::format(
+        "--packing: found {} for the folder {}, expected it for a bag: give OUT the ending .bag, "
+        ".db3 or .mcap, or --packing bag, db3 or mcap with it",
+        packing.compression, output));
+  }
+  if (packing.compression.empty()) packing.compression = "none";
+  if (packing.form == kFolder) return packing;
+  const std::vector<std::string>& known = KnownPackings().at(packing.form);
+  if (std::ranges::count(known, packing.compression) > 0) return packing;
+  throw ConfigError(fmt::format("--packing: found {} for {}, expected one of {}",
+                                packing.compression, packing.form, fmt::join(known, ", ")));
+}
+
+namespace {
+
+// Makes something at a path of its own beside the output, and puts it in place when it is whole.
+class OutputBag {
+ public:
+  // A db3 is a folder, or by its ending the file in it.
+  OutputBag(const std::string& path, const BagPacking& packing, const std::string& input)
+      : path_(path),
+        is_folder_(packing.form == "db3"),
+        is_file_of_folder_(is_folder_ && path.ends_with(".db3")) {
+    RefuseInputs(path, {input});
+    const fs::path whole = FolderItself(path);
+    aside_ = whole.string() + ".unfinished";
+    name_ = (is_file_of_folder_ ? whole.stem() : whole.filename()).string();
+    RefuseFilesOfOthers(input);
+    std::error_code error;
+    const bool wants_file = !is_folder_ || is_file_of_folder_;
+    const std::string found = NoFileAt(path);
+    const bool is_new = !fs::exists(path, error) || fs::file_size(path, error) == 0;
+    if (wants_file && found.empty() && is_new) return;
+    if (!wants_file && !fs::exists(path, error)) return;
+    if (!wants_file && fs::is_directory(path, error) && fs::is_empty(path, error)) return;
+    throw ConfigError(fmt::format(
+        "output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
+        wants_file ? "nothing there: remove it, or name another" : "nothing, or an empty folder"));
+  }
+
+  ~OutputBag() {
+    std::error_code error;
+    if (is_begun_) fs::remove_all(aside_, error);
+  }
+  OutputBag(const OutputBag&) = delete;
+  OutputBag& operator=(const OutputBag&) = delete;
+
+  // Where it is made.
+  std::string Begin() {
+    std::error_code error;
+    fs::remove_all(aside_, error);  // of one that was killed
+    MakeFolder(aside_);
+    is_begun_ = true;
+    return aside_ + "/" + name_;
+  }
+
+  void Commit() const {
+    std::error_code error;
+    fs::path from = fs::path(aside_) / name_;
+    if (is_file_of_folder_) from /= name_ + "_0.db3";
+    if (is_folder_ && !is_file_of_folder_) fs::remove(path_, error);  // where it is empty
+    fs::rename(from, LinkTarget(path_), error);
+    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", path_, error.message()));
+  }
+
+ private:
+  // Where it is made there may be what a conversion that was killed has left, and nothing else.
+  void RefuseFilesOfOthers(const std::string& input) const {
+    std::error_code error;
+    const fs::path aside = fs::weakly_canonical(aside_, error);
+    const fs::path from_aside = fs::weakly_canonical(input, error).lexically_relative(aside);
+    bool is_ours = from_aside.empty() || *from_aside.begin() == "..";
+    for (const auto& entry : fs::directory_iterator(aside_, error)) {
+      is_ours = is_ours && entry.path().filename().string().starts_with(name_);
+    }
+    if (is_ours) return;
+    throw ConfigError(
+        fmt::format("output {}: found files in {}, where it is made, expected none: move them away",
+                    path_, aside_));
+  }
+
+  std::string path_, aside_, name_;
+  bool is_folder_ = false, is_file_of_folder_ = false, is_begun_ = false;
 };
 
 void LogCounts(const ConvertedCounts& counts) {
@@ -47,12 +163,10 @@ std::unique_ptr<RecordingTables> OpenInput(const ConvertArguments& arguments) {
 // Throws ConfigError where there is one already.
 OutputFolder FolderForRecording(const std::string& path, const std::vector<std::string>& inputs) {
   RefuseInputs(path, inputs);
-  std::error_code error;
-  if (std::filesystem::exists(path + "/mav0", error)) {
-    throw ConfigError(
-        fmt::format("output {}: found a recording already, expected none: remove {}/mav0, "
-                    "or name another folder",
-                    path, path));
+  if (fs::exists(path + "/mav0")) {
+    throw ConfigError(fmt::format(
+        "output {0}: found a recording already, expected none: remove {0}/mav0, or name another",
+        path));
   }
   return OutputFolder(path, {"a recording", {"mav0"}}, inputs);
 }
@@ -85,11 +199,10 @@ void ConvertVideo(const ConvertArguments& arguments, const std::string& path) {
 
 void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
                   const BagPacking& packing) {
-  OutputBag output(path, packing, arguments.input);
-  const auto recording = OpenInput(arguments);
-  LogCounts(WriteBagRecording(*recording, arguments.part, packing, arguments.keep_files,
-                              output.Begin(), StageProgress("convert")));
-  output.Commit();
+  MakeOutputBag(path, packing, arguments.input, [&](const std::string& at) {
+    LogCounts(WriteBagRecording(*OpenInput(arguments), arguments.part, packing,
+                                arguments.keep_files, at, StageProgress("convert")));
+  });
 }
 
 void CheckVideoOptions(const ConvertArguments& arguments, bool is_video,
@@ -146,6 +259,13 @@ void Convert(const ConvertArguments& arguments) {
 }
 
 }  // namespace
+
+void MakeOutputBag(const std::string& path, const BagPacking& packing, const std::string& input,
+                   const std::function<void(const std::string& at)>& make) {
+  OutputBag output(path, packing, input);
+  make(output.Begin());
+  output.Commit();
+}
 
 void AddConvertCommand(CLI::App& app) {
   CLI::App* command =
