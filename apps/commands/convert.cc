@@ -77,75 +77,32 @@ BagPacking ParsePacking(const std::string& output, const std::string& text) {
 
 namespace {
 
-// Makes something at a path of its own beside the output, and puts it in place when it is whole.
-class OutputBag {
- public:
-  // A db3 is a folder, or by its ending the file in it.
-  OutputBag(const std::string& path, const BagPacking& packing, const std::string& input)
-      : path_(path),
-        is_folder_(packing.form == "db3"),
-        is_file_of_folder_(is_folder_ && path.ends_with(".db3")) {
-    RefuseInputs(path, {input});
-    const fs::path whole = FolderItself(path);
-    aside_ = whole.string() + ".unfinished";
-    name_ = (is_file_of_folder_ ? whole.stem() : whole.filename()).string();
-    RefuseFilesOfOthers(input);
-    std::error_code error;
-    const bool wants_file = !is_folder_ || is_file_of_folder_;
-    const std::string found = NoFileAt(path);
-    const bool is_new = !fs::exists(path, error) || fs::file_size(path, error) == 0;
-    if (wants_file && found.empty() && is_new) return;
-    if (!wants_file && !fs::exists(path, error)) return;
-    if (!wants_file && fs::is_directory(path, error) && fs::is_empty(path, error)) return;
-    throw ConfigError(fmt::format(
-        "output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
-        wants_file ? "nothing there: remove it, or name another" : "nothing, or an empty folder"));
+// Where a bag is made there may be what was left by one that was killed, and nothing else.
+void RefuseFilesOfOthers(const std::string& path, const fs::path& aside, const std::string& name,
+                         const std::string& input) {
+  std::error_code error;
+  const fs::path within = fs::weakly_canonical(input, error).lexically_relative(aside);
+  bool is_ours = within.empty() || *within.begin() == "..";
+  for (const auto& entry : fs::directory_iterator(aside, error)) {
+    is_ours = is_ours && entry.path().filename().string().starts_with(name);
   }
+  if (is_ours) return;
+  throw ConfigError(
+      fmt::format("output {}: found files in {}, where it is made, expected none: move them away",
+                  path, aside.string()));
+}
 
-  ~OutputBag() {
-    std::error_code error;
-    if (is_begun_) fs::remove_all(aside_, error);
-  }
-  OutputBag(const OutputBag&) = delete;
-  OutputBag& operator=(const OutputBag&) = delete;
-
-  // Where it is made.
-  std::string Begin() {
-    std::error_code error;
-    fs::remove_all(aside_, error);  // of one that was killed
-    MakeFolder(aside_);
-    is_begun_ = true;
-    return aside_ + "/" + name_;
-  }
-
-  void Commit() const {
-    std::error_code error;
-    fs::path from = fs::path(aside_) / name_;
-    if (is_file_of_folder_) from /= name_ + "_0.db3";
-    if (is_folder_ && !is_file_of_folder_) fs::remove(path_, error);  // where it is empty
-    fs::rename(from, LinkTarget(path_), error);
-    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", path_, error.message()));
-  }
-
- private:
-  // Where it is made there may be what a conversion that was killed has left, and nothing else.
-  void RefuseFilesOfOthers(const std::string& input) const {
-    std::error_code error;
-    const fs::path aside = fs::weakly_canonical(aside_, error);
-    const fs::path from_aside = fs::weakly_canonical(input, error).lexically_relative(aside);
-    bool is_ours = from_aside.empty() || *from_aside.begin() == "..";
-    for (const auto& entry : fs::directory_iterator(aside_, error)) {
-      is_ours = is_ours && entry.path().filename().string().starts_with(name_);
-    }
-    if (is_ours) return;
-    throw ConfigError(
-        fmt::format("output {}: found files in {}, where it is made, expected none: move them away",
-                    path_, aside_));
-  }
-
-  std::string path_, aside_, name_;
-  bool is_folder_ = false, is_file_of_folder_ = false, is_begun_ = false;
-};
+void RefuseOutput(const std::string& path, bool is_folder) {
+  std::error_code error;
+  const std::string found = NoFileAt(path);
+  if (!fs::exists(path, error)) return;
+  const bool is_empty = is_folder ? fs::is_directory(path, error) && fs::is_empty(path, error)
+                                  : found.empty() && fs::file_size(path, error) == 0;
+  if (is_empty) return;
+  throw ConfigError(fmt::format(
+      "output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
+      is_folder ? "nothing, or an empty folder" : "nothing there: remove it, or name another"));
+}
 
 void LogCounts(const ConvertedCounts& counts) {
   for (const auto& [sensor, rows] : counts.rows) {
@@ -262,9 +219,23 @@ void Convert(const ConvertArguments& arguments) {
 
 void MakeOutputBag(const std::string& path, const BagPacking& packing, const std::string& input,
                    const std::function<void(const std::string& at)>& make) {
-  OutputBag output(path, packing, input);
-  make(output.Begin());
-  output.Commit();
+  // A db3 is a folder, or by its ending the file in it.
+  const bool is_in_folder = packing.form == "db3" && path.ends_with(".db3");
+  const bool is_folder = packing.form == "db3" && !is_in_folder;
+  RefuseInputs(path, {input});
+  const fs::path whole = FolderItself(path), aside = whole.string() + ".unfinished";
+  const std::string name = (is_in_folder ? whole.stem() : whole.filename()).string();
+  RefuseFilesOfOthers(path, aside, name, input);
+  RefuseOutput(path, is_folder);
+  std::error_code error;
+  fs::remove_all(aside, error);  // of one that was killed
+  const std::shared_ptr<void> removed(nullptr, [&](void*) { fs::remove_all(aside, error); });
+  MakeFolder(aside);
+  make(aside / name);
+  const fs::path made = is_in_folder ? aside / name / (name + "_0.db3") : aside / name;
+  if (is_folder) fs::remove(path, error);  // where it is empty
+  fs::rename(made, LinkTarget(path), error);
+  if (error) throw OutputError(fmt::format("{}: cannot be written: {}", path, error.message()));
 }
 
 void AddConvertCommand(CLI::App& app) {
