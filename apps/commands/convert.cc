@@ -1,4 +1,6 @@
 // slcmap convert: a recording or a video written anew, as an EuRoC (ASL) folder or as a bag.
+#include "apps/commands/convert.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/odometry_stage.h"
-#include "apps/commands/output_bag.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
@@ -23,6 +24,8 @@
 namespace slcmap::inline commands {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct ConvertArguments {
   std::string input, output, folder, packing;
   SequenceOptions opened;
@@ -30,6 +33,76 @@ struct ConvertArguments {
   bool keep_files = false;
   VideoRecording video;
 };
+
+// What each kind of bag can be packed with.
+const std::map<std::string, std::vector<std::string>>& KnownPackings() {
+  static const std::map<std::string, std::vector<std::string>> known = {
+      {"bag", {"none", "lz4", "bz2"}},
+      {"db3", {"none", "zstd"}},
+      {"mcap", {"none", "lz4", "zstd", "unchunked"}}};
+  return known;
+}
+
+}  // namespace
+
+BagPacking ParsePacking(const std::string& output, const std::string& text) {
+  BagPacking packing{kFolder, ""};
+  std::string ending;
+  for (const auto& [form, compressions] : KnownPackings()) {
+    if (output.ends_with("." + form)) ending = packing.form = form;
+  }
+  std::vector<std::string> words = SplitAtCommas(text);
+  if (words.back().empty()) words.pop_back();
+  for (const std::string& word : words) {
+    const bool is_form = word == kFolder || KnownPackings().contains(word);
+    (is_form ? packing.form : packing.compression) = word;
+  }
+  if (!ending.empty() && packing.form != ending) {
+    throw ConfigError(fmt::format("--packing: found {} for {}, expected {} by its ending",
+                                  packing.form, output, ending));
+  }
+  if (packing.form == kFolder && !packing.compression.empty()) {
+    throw ConfigError(fmt::format(
+        "--packing: found {} for the folder {}, expected it for a bag: give OUT the ending .bag, "
+        ".db3 or .mcap, or --packing bag, db3 or mcap with it",
+        packing.compression, output));
+  }
+  if (packing.compression.empty()) packing.compression = "none";
+  if (packing.form == kFolder) return packing;
+  const std::vector<std::string>& known = KnownPackings().at(packing.form);
+  if (std::ranges::count(known, packing.compression) > 0) return packing;
+  throw ConfigError(fmt::format("--packing: found {} for {}, expected one of {}",
+                                packing.compression, packing.form, fmt::join(known, ", ")));
+}
+
+namespace {
+
+// Where a bag is made there may be what was left by one that was killed, and nothing else.
+void RefuseFilesOfOthers(const std::string& path, const fs::path& aside, const std::string& name,
+                         const std::string& input) {
+  std::error_code error;
+  const fs::path within = fs::weakly_canonical(input, error).lexically_relative(aside);
+  bool is_ours = within.empty() || *within.begin() == "..";
+  for (const auto& entry : fs::directory_iterator(aside, error)) {
+    is_ours = is_ours && entry.path().filename().string().starts_with(name);
+  }
+  if (is_ours) return;
+  throw ConfigError(
+      fmt::format("output {}: found files in {}, where it is made, expected none: move them away",
+                  path, aside.string()));
+}
+
+void RefuseOutput(const std::string& path, bool is_folder) {
+  std::error_code error;
+  const std::string found = NoFileAt(path);
+  if (!fs::exists(path, error)) return;
+  const bool is_empty = is_folder ? fs::is_directory(path, error) && fs::is_empty(path, error)
+                                  : found.empty() && fs::file_size(path, error) == 0;
+  if (is_empty) return;
+  throw ConfigError(fmt::format(
+      "output {}: found {}, expected {}", path, found.empty() ? "a file" : found,
+      is_folder ? "nothing, or an empty folder" : "nothing there: remove it, or name another"));
+}
 
 void LogCounts(const ConvertedCounts& counts) {
   for (const auto& [sensor, rows] : counts.rows) {
@@ -47,12 +120,10 @@ std::unique_ptr<RecordingTables> OpenInput(const ConvertArguments& arguments) {
 // Throws ConfigError where there is one already.
 OutputFolder FolderForRecording(const std::string& path, const std::vector<std::string>& inputs) {
   RefuseInputs(path, inputs);
-  std::error_code error;
-  if (std::filesystem::exists(path + "/mav0", error)) {
-    throw ConfigError(
-        fmt::format("output {}: found a recording already, expected none: remove {}/mav0, "
-                    "or name another folder",
-                    path, path));
+  if (fs::exists(path + "/mav0")) {
+    throw ConfigError(fmt::format(
+        "output {0}: found a recording already, expected none: remove {0}/mav0, or name another",
+        path));
   }
   return OutputFolder(path, {"a recording", {"mav0"}}, inputs);
 }
@@ -85,11 +156,10 @@ void ConvertVideo(const ConvertArguments& arguments, const std::string& path) {
 
 void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
                   const BagPacking& packing) {
-  OutputBag output(path, packing, arguments.input);
-  const auto recording = OpenInput(arguments);
-  LogCounts(WriteBagRecording(*recording, arguments.part, packing, arguments.keep_files,
-                              output.Begin(), StageProgress("convert")));
-  output.Commit();
+  MakeOutputBag(path, packing, arguments.input, [&](const std::string& at) {
+    LogCounts(WriteBagRecording(*OpenInput(arguments), arguments.part, packing,
+                                arguments.keep_files, at, StageProgress("convert")));
+  });
 }
 
 void CheckVideoOptions(const ConvertArguments& arguments, bool is_video,
@@ -146,6 +216,27 @@ void Convert(const ConvertArguments& arguments) {
 }
 
 }  // namespace
+
+void MakeOutputBag(const std::string& path, const BagPacking& packing, const std::string& input,
+                   const std::function<void(const std::string& at)>& make) {
+  // A db3 is a folder, or by its ending the file in it.
+  const bool is_in_folder = packing.form == "db3" && path.ends_with(".db3");
+  const bool is_folder = packing.form == "db3" && !is_in_folder;
+  RefuseInputs(path, {input});
+  const fs::path whole = FolderItself(path), aside = whole.string() + ".unfinished";
+  const std::string name = (is_in_folder ? whole.stem() : whole.filename()).string();
+  RefuseFilesOfOthers(path, aside, name, input);
+  RefuseOutput(path, is_folder);
+  std::error_code error;
+  fs::remove_all(aside, error);  // of one that was killed
+  const std::shared_ptr<void> removed(nullptr, [&](void*) { fs::remove_all(aside, error); });
+  MakeFolder(aside);
+  make(aside / name);
+  const fs::path made = is_in_folder ? aside / name / (name + "_0.db3") : aside / name;
+  if (is_folder) fs::remove(path, error);  // where it is empty
+  fs::rename(made, LinkTarget(path), error);
+  if (error) throw OutputError(fmt::format("{}: cannot be written: {}", path, error.message()));
+}
 
 void AddConvertCommand(CLI::App& app) {
   CLI::App* command =

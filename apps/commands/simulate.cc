@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "apps/commands/commands.h"
-#include "apps/commands/output_bag.h"
+#include "apps/commands/convert.h"
 #include "apps/commands/progress.h"
 #include "data/io/file.h"
 #include "data/io/yaml.h"
@@ -156,19 +156,17 @@ void SimulateBag(SimulateArguments arguments, const BagPacking& packing) {
                     "name another",
                     truth));
   }
-  OutputBag output(path, packing, options.scene);
-  const std::string bag = output.Begin();
-  options.folder = bag + ".sequence";
-  if (SimulateFolder(arguments, path) == 0) return;
-  const auto recording = OpenTables(options.folder, {});
-  Warnings warnings;
-  const Rig rig = recording->FindCalibration({}, {}, &warnings).rig;
-  RigLayout layout;
-  layout.rig = rig;
-  if (options.profile != nullptr) layout = LayoutFor(*options.profile, rig);
-  WriteBagRecording(*recording, {}, packing, false, bag, StageProgress("bag"), layout);
-  output.Commit();
-  fs::rename(options.folder + "/truth", truth);
+  MakeOutputBag(path, packing, options.scene, [&](const std::string& at) {
+    options.folder = at + ".sequence";
+    if (SimulateFolder(arguments, path) == 0) throw StoppedError(path + ": interrupted");
+    const auto recording = OpenTables(options.folder, {});
+    Warnings warnings;
+    const Rig rig = recording->FindCalibration({}, {}, &warnings).rig;
+    const RigLayout layout =
+        options.profile == nullptr ? RigLayout{.rig = rig} : LayoutFor(*options.profile, rig);
+    WriteBagRecording(*recording, {}, packing, false, at, StageProgress("bag"), layout);
+    fs::rename(options.folder + "/truth", truth);
+  });
   spdlog::info("wrote {}, and {} with what is true", path, truth);
 }
 

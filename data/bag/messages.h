@@ -89,6 +89,11 @@ Message DecodeMessage(BagEncoding encoding, BagBytes bytes);
 template <typename Message>
 std::vector<std::byte> EncodeMessage(BagEncoding encoding, const Message& message);
 
+// A topic of a bag that is written.
+inline BagTopic MakeTopic(const std::string& name, const std::string& type, BagEncoding encoding) {
+  return {name, type, encoding, encoding == BagEncoding::kRos1 ? "ros1" : "cdr"};
+}
+
 // What a bag says of a type of these messages; empty of others.
 struct RosDefinition {
   std::string text;  // with those of the types in it

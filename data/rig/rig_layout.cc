@@ -6,13 +6,12 @@
 
 #include "data/calibration/camera_words.h"
 #include "data/core/error.h"
-#include "data/rig/frames.h"
 #include "data/rig/peek.h"
 
 namespace slcmap::inline data {
 namespace {
 
-std::string FolderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+std::string FolderName(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 RosTransform ToRos(const RigidTransform& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -20,64 +19,40 @@ RosTransform ToRos(const RigidTransform& pose) {
   return {{t.x(), t.y(), t.z()}, {q.x(), q.y(), q.z(), q.w()}};
 }
 
-RosTransforms FixedFrames(const RigLayout& layout) {
+RosTransforms FixedFrames(const RigLayout& layout, int64_t stamp_ns) {
+  const RecordingTopics& topics = layout.topics;
   const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
   const RigidTransform T_link_left(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0, 0, 0});
-  const std::string left = layout.FrameOf(layout.topics.left);
-  const std::string gyro = layout.FrameOf(layout.topics.gyro);
+  const std::string left = layout.FrameName(topics.left), gyro = layout.FrameName(topics.gyro);
   RosTransforms frames;
   const auto add = [&](const std::string& parent, const std::string& child,
                        const RigidTransform& pose) {
-    RosTransformStamped& frame = frames.transforms.emplace_back();
-    frame.frame_id = parent;
-    frame.child_frame_id = child;
-    frame.transform = ToRos(pose);
+    frames.transforms.push_back({{stamp_ns, parent}, child, ToRos(pose)});
   };
   add("base_link", left, T_link_left);
   add("base_link", gyro, T_link_left * T_imu_left.Inverse());
-  if (layout.topics.accel != layout.topics.gyro) {
-    add(gyro, layout.FrameOf(layout.topics.accel), {});
-  }
-  if (!layout.topics.right.empty()) {
-    add(left, layout.FrameOf(layout.topics.right), T_imu_left.Inverse() * T_imu_right);
-  }
+  if (topics.accel != topics.gyro) add(gyro, layout.FrameName(topics.accel), {});
+  if (topics.right.empty()) return frames;
+  add(left, layout.FrameName(topics.right), T_imu_left.Inverse() * T_imu_right);
   return frames;
-}
-
-// They take points of the left camera to each stream.
-std::vector<std::pair<std::string, RigidTransform>> ViewerPoses(const RigLayout& layout) {
-  const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
-  return {{layout.topics.left, {}},
-          {layout.topics.right, T_imu_right.Inverse() * T_imu_left},
-          {layout.topics.gyro, T_imu_left}};
-}
-
-std::vector<double> RosCoefficients(const CameraWords& words) {
-  std::vector<double> d = words.coefficients;
-  if (d.size() < 5 && words.distortion_model != "equidistant") d.resize(5);
-  return d;
 }
 
 }  // namespace
 
-bool RigLayout::IsColoured() const { return topics.left.find("color") != std::string::npos; }
-
-std::string RigLayout::ImagesOf(int camera) const {
-  if (camera > 1) return "";
-  return camera == 0 ? topics.left : topics.right;
+std::string RigLayout::ImagesTopic(int camera) const {
+  return camera == 0 ? topics.left : camera == 1 ? topics.right : "";
 }
 
-std::string RigLayout::InfoOf(int camera) const {
-  const std::string images = ImagesOf(camera);
-  const std::string stream = ViewerStream(images);
+std::string RigLayout::InfoTopic(int camera) const {
+  const std::string images = ImagesTopic(camera), stream = ViewerStream(images);
   if (!stream.empty()) return stream + "/info/camera_info";
-  const bool has_own = FolderOf(topics.left) != FolderOf(topics.right);
-  return (has_own ? FolderOf(images) : images) + "/camera_info";
+  const bool has_own = FolderName(topics.left) != FolderName(topics.right);
+  return (has_own ? FolderName(images) : images) + "/camera_info";
 }
 
-std::string RigLayout::FrameOf(const std::string& topic) const {
-  const bool is_camera = topic == topics.left || topic == topics.right;
-  std::string name = is_camera ? FolderOf(InfoOf(topic == topics.left ? 0 : 1)) : topic;
+std::string RigLayout::FrameName(const std::string& topic) const {
+  const bool is_left = topic == topics.left, is_camera = is_left || topic == topics.right;
+  std::string name = is_camera ? FolderName(InfoTopic(is_left ? 0 : 1)) : topic;
   std::ranges::replace(name, '/', '_');
   return name.substr(1) + (is_camera ? "_optical_frame" : "_frame");
 }
@@ -87,37 +62,38 @@ RosCameraInfo RigLayout::Info(int camera) const {
   const CameraWords words = DescribeCamera(lens);
   if (words.camera_model != "pinhole") {
     throw ConfigError(
-        fmt::format("camera_info: found the lens {}, expected a pinhole, with any "
-                    "distortion: choose another --rig, or write a folder",
+        fmt::format("camera_info: found the lens {}, expected a pinhole, with any distortion: "
+                    "choose another --rig, or write a folder",
                     words.camera_model));
   }
   RosCameraInfo info;
-  info.frame_id = FrameOf(ImagesOf(camera));
+  info.frame_id = FrameName(ImagesTopic(camera));
   info.width_px = static_cast<uint32_t>(lens.width_px);
   info.height_px = static_cast<uint32_t>(lens.height_px);
-  info.d = RosCoefficients(words);
-  const bool is_radial = words.distortion_model == "radtan" || words.distortion_model == "none";
-  info.distortion_model = is_radial ? (info.d.size() > 5 ? "rational_polynomial" : "plumb_bob")
-                                    : words.distortion_model;
-  info.k = {lens.fx_px, 0, lens.cx_px, 0, lens.fy_px, lens.cy_px, 0, 0, 1};
+  info.distortion_model = words.distortion_model;
+  info.d = words.coefficients;
+  if (lens.distortion == Distortion::kNone || lens.distortion == Distortion::kRadialTangential) {
+    info.d.resize(std::max<size_t>(5, info.d.size()));
+    info.distortion_model = info.d.size() > 5 ? "rational_polynomial" : "plumb_bob";
+  }
+  const double fx = lens.fx_px, fy = lens.fy_px, cx = lens.cx_px, cy = lens.cy_px;
+  info.k = {fx, 0, cx, 0, fy, cy, 0, 0, 1};
   info.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   if (!ViewerStream(topics.left).empty()) return info;  // which leaves P empty
-  const bool is_right = camera == 1 && kind == ImageKind::kRectified;
-  const double baseline_m =
-      is_right ? (rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.x() : 0;
-  info.p = {lens.fx_px, 0, lens.cx_px, -lens.fx_px * baseline_m, 0, lens.fy_px, lens.cy_px, 0, 0,
-            0,          1, 0};
+  const bool tells_baseline = camera == 1 && kind == ImageKind::kRectified;
+  const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+  const double shift = tells_baseline ? -fx * T_left_right.translation.x() : 0;
+  info.p = {fx, 0, cx, shift, 0, fy, cy, 0, 0, 0, 1, 0};
   return info;
 }
 
 RigLayout LayoutFor(const RigProfile& profile, const Rig& rig, size_t row) {
   const TopicPatterns& patterns = profile.topics.at(row);
   const auto fill = [&](const std::string& pattern) { return WithStar(pattern, profile.prefix); };
-  RigLayout layout;
-  layout.topics = {fill(patterns.left), fill(patterns.right), fill(patterns.gyro),
-                   fill(patterns.accel), profile.name};
+  RigLayout layout{rig,
+                   {fill(patterns.left), fill(patterns.right), fill(patterns.gyro),
+                    fill(patterns.accel), profile.name}};
   layout.kind = KindByNames(&profile, layout.topics.left).value_or(ImageKind::kRaw);
-  layout.rig = rig;
   return layout;
 }
 
@@ -129,35 +105,36 @@ std::optional<ImageKind> KindByNames(const RigProfile* profile, const std::strin
 
 Rig Rectified(const Rig& rig) {
   Rig rectified = rig;
-  const auto& [T_imu_left, T_imu_right] = rig.T_imu_camera;
-  const double baseline_m = (T_imu_left.Inverse() * T_imu_right).translation.norm();
-  const Camera& left = rig.cameras[0];
-  Camera camera;
-  camera.width_px = left.width_px;
-  camera.height_px = left.height_px;
-  camera.fx_px = camera.fy_px = left.MiddleFocal_px();
-  camera.cx_px = left.cx_px;
-  camera.cy_px = left.cy_px;
-  rectified.cameras.fill(camera);
+  const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+  Camera& camera = rectified.cameras[0];
+  camera.fx_px = camera.fy_px = camera.MiddleFocal_px();
+  camera.distortion = Distortion::kNone;
+  camera.coefficients.setZero();
+  camera.higher_coefficients.setZero();
+  camera.shape.setZero();
+  rectified.cameras[1] = camera;
   rectified.T_imu_camera[1] =
-      T_imu_left * RigidTransform(Eigen::Quaterniond::Identity(), {baseline_m, 0, 0});
+      rig.T_imu_camera[0] *
+      RigidTransform(Eigen::Quaterniond::Identity(), {T_left_right.translation.norm(), 0, 0});
   return rectified;
 }
 
-std::vector<RigMessage> PoseMessages(const RigLayout& layout, BagEncoding encoding,
-                                     int64_t stamp_ns) {
-  std::vector<RigMessage> messages;
-  if (!ViewerStream(layout.topics.left).empty()) {
-    for (const auto& [topic, pose] : ViewerPoses(layout)) {
-      messages.push_back({ViewerStream(topic) + "/tf/0", RosTransform::kType,
-                          EncodeMessage(encoding, ToRos(pose))});
-    }
-    return messages;
+void WritePoses(const RigLayout& layout, BagEncoding encoding, int64_t stamp_ns,
+                BagWriter* writer) {
+  const auto write = [&](const std::string& topic, const auto& message) {
+    const BagTopic made = MakeTopic(topic, std::decay_t<decltype(message)>::kType, encoding);
+    writer->Write(writer->AddTopic(made), stamp_ns, EncodeMessage(encoding, message));
+  };
+  const RecordingTopics& topics = layout.topics;
+  if (ViewerStream(topics.left).empty()) {
+    write("/tf_static", FixedFrames(layout, stamp_ns));
+    return;
   }
-  RosTransforms frames = FixedFrames(layout);
-  for (RosTransformStamped& frame : frames.transforms) frame.stamp_ns = stamp_ns;
-  messages.push_back({"/tf_static", RosTransforms::kType, EncodeMessage(encoding, frames)});
-  return messages;
+  // They take points of the left camera to each stream.
+  const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
+  write(ViewerStream(topics.left) + "/tf/0", ToRos({}));
+  write(ViewerStream(topics.right) + "/tf/0", ToRos(T_imu_right.Inverse() * T_imu_left));
+  write(ViewerStream(topics.gyro) + "/tf/0", ToRos(T_imu_left));
 }
 
 }  // namespace slcmap::data

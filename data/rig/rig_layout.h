@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "data/bag/bag.h"
 #include "data/bag/messages.h"
@@ -17,40 +17,28 @@
 namespace slcmap::inline data {
 
 struct RigLayout {
+  Rig rig;  // as it is told
   RecordingTopics topics = {"/cam0/image_raw", "/cam1/image_raw", "/imu0", "/imu0"};  // EuRoC's
-  ImageKind kind = ImageKind::kRaw;  // of its images
-  Rig rig;                           // as the driver tells it
+  ImageKind kind = ImageKind::kRaw;
 
-  bool IsColoured() const;                 // by the names of its topics
-  std::string ImagesOf(int camera) const;  // "" of a camera that it has not
-  std::string InfoOf(int camera) const;    // the topic of its camera_info
-  std::string FrameOf(const std::string& topic) const;
-
-  // Of the pixels as they are written. Throws ConfigError for a lens that camera_info has no words
-  // for.
+  std::string ImagesTopic(int camera) const;  // "" of a camera that it has not
+  std::string InfoTopic(int camera) const;    // the topic of its camera_info
+  std::string FrameName(const std::string& topic) const;
+  // Throws ConfigError for a lens that camera_info has no words for.
   RosCameraInfo Info(int camera) const;
 };
 
 // As a profile has it in a row of its topics, with its prefix for *.
 RigLayout LayoutFor(const RigProfile& profile, const Rig& rig, size_t row = 0);
 
-// Whether images of these topics are rectified; nothing where names and profile (nullptr: none) do
-// not tell.
+// What images of a topic are; nothing where neither its name nor a profile (nullptr: none) tells.
 std::optional<ImageKind> KindByNames(const RigProfile* profile, const std::string& images);
 
-// The rig of images that are rectified, as drivers do it: the left camera stays where it is and as
-// wide as it is, without its distortion, and the right one is the same at its right.
+// The rig of rectified images: the left camera as it stands, without distortion, and its twin.
 Rig Rectified(const Rig& rig);
 
-// A message that stands once in a bag.
-struct RigMessage {
-  std::string topic, type;
-  std::vector<std::byte> bytes;
-};
-
-// How cameras and IMU stand: tf_static, by way of a link whose x is ahead, or the transforms of
-// RealSense Viewer's streams.
-std::vector<RigMessage> PoseMessages(const RigLayout& layout, BagEncoding encoding,
-                                     int64_t stamp_ns);
+// Writes how cameras and IMU stand: tf_static, by way of a link whose x is ahead, or the transforms
+// of RealSense Viewer's streams.
+void WritePoses(const RigLayout& layout, BagEncoding encoding, int64_t stamp_ns, BagWriter* writer);
 
 }  // namespace slcmap::data

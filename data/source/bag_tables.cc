@@ -9,7 +9,6 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <ranges>
 #include <set>
 #include <unordered_map>
 
@@ -191,21 +190,18 @@ class BagReader {
   template <typename Key, typename Row>
   void EraseTwins(const Key& key, std::vector<Row>* rows, size_t* before) {
     const auto first = rows->begin() + static_cast<std::ptrdiff_t>(*before);
-    if (first != rows->begin() && first != rows->end()) {
-      const auto earliest =
-          std::ranges::min(std::ranges::subrange(first, rows->end()) | std::views::transform(key));
-      std::set<std::pair<int64_t, bool>> known;
-      for (auto row = rows->begin(); row != first; ++row) {
-        if (key(*row) >= earliest) known.insert(key(*row));
-      }
-      rows->erase(std::remove_if(first, rows->end(),
-                                 [&](const Row& row) {
-                                   const bool is_twin = known.contains(key(row));
-                                   if (is_twin) listing_.warnings.Add(kMessageTwice, Path());
-                                   return is_twin;
-                                 }),
-                  rows->end());
+    int64_t earliest_ns = std::numeric_limits<int64_t>::max();
+    for (auto row = first; row != rows->end(); ++row) {
+      earliest_ns = std::min(earliest_ns, row->stamp_ns);
     }
+    std::set<std::pair<int64_t, bool>> known;
+    for (auto row = rows->begin(); row != first; ++row) {
+      if (row->stamp_ns >= earliest_ns) known.insert(key(*row));
+    }
+    const auto twins = std::ranges::remove_if(
+        first, rows->end(), [&](const Row& row) { return known.contains(key(row)); });
+    for (size_t i = 0; i < twins.size(); ++i) listing_.warnings.Add(kMessageTwice, Path());
+    rows->erase(twins.begin(), twins.end());
     *before = rows->size();
   }
 

@@ -193,22 +193,18 @@ void RequireStamps(const RecordingTables& recording, PartRows* some, Warnings* w
 
 bool IsFile(const KeptImage& kept) { return !ExtensionFor(kept.bytes).empty(); }
 
-// A bag that is written.
+// A bag that is written, as EuRoC's or as a rig's.
 struct OpenedBag {
   BagEncoding encoding;
   std::unique_ptr<BagWriter> writer;
   std::optional<RigLayout> layout;
 
   uint32_t AddTopic(const std::string& name, const std::string& type) {
-    return writer->AddTopic(
-        {name, type, encoding, encoding == BagEncoding::kRos1 ? "ros1" : "cdr"});
+    return writer->AddTopic(MakeTopic(name, type, encoding));
   }
   template <typename Message>
   void Write(uint32_t topic, int64_t received_ns, const Message& message) {
     writer->Write(topic, received_ns, EncodeMessage(encoding, message));
-  }
-  std::string FrameOf(const std::string& topic, const std::string& sensor) const {
-    return layout ? layout->FrameOf(topic) : sensor;
   }
 };
 
@@ -224,10 +220,13 @@ class ImuMessages {
     const std::string accel = bag_.layout ? bag_.layout->topics.accel
                               : apart     ? "/imu0/accel"
                                           : gyro;
-    gyro_ = {bag_.AddTopic(gyro, RosImu::kType), bag_.FrameOf(gyro, "imu0")};
-    accel_ = gyro_;
+    const auto add = [&](const std::string& name) -> Topic {
+      return {bag_.AddTopic(name, RosImu::kType),
+              bag_.layout ? bag_.layout->FrameName(name) : "imu0"};
+    };
     apart_ = gyro != accel;
-    if (apart_) accel_ = {bag_.AddTopic(accel, RosImu::kType), bag_.FrameOf(accel, "imu0")};
+    gyro_ = add(gyro);
+    if (apart_) accel_ = add(accel);
   }
 
   void Write(const ImuRow& row, int64_t received_ns) {
@@ -265,14 +264,14 @@ class ImageMessages {
  public:
   ImageMessages(int camera, bool as_files, OpenedBag* bag) : as_files_(as_files), bag_(*bag) {
     const std::string name =
-        bag_.layout ? bag_.layout->ImagesOf(camera) : fmt::format("/cam{}/image_raw", camera);
-    frame_ = bag_.FrameOf(name, CameraName(camera));
+        bag_.layout ? bag_.layout->ImagesTopic(camera) : fmt::format("/cam{}/image_raw", camera);
+    frame_ = bag_.layout ? bag_.layout->FrameName(name) : CameraName(camera);
     topic_ = bag_.AddTopic(name + (as_files ? kCompressedSuffix : ""),
                            as_files ? RosCompressedImage::kType : RosImage::kType);
     if (!bag_.layout) return;
-    is_coloured_ = bag_.layout->IsColoured();
+    is_coloured_ = name.find("color") != std::string::npos;
     info_ = bag_.layout->Info(camera);
-    info_topic_ = bag_.AddTopic(bag_.layout->InfoOf(camera), RosCameraInfo::kType);
+    info_topic_ = bag_.AddTopic(bag_.layout->InfoTopic(camera), RosCameraInfo::kType);
   }
 
   // nullptr, or why it is not there.
@@ -331,13 +330,6 @@ class ImageMessages {
   std::optional<RosCameraInfo> info_;
 };
 
-void WritePoses(int64_t stamp_ns, OpenedBag* bag) {
-  if (!bag->layout) return;
-  for (const RigMessage& message : PoseMessages(*bag->layout, bag->encoding, stamp_ns)) {
-    bag->writer->Write(bag->AddTopic(message.topic, message.type), stamp_ns, message.bytes);
-  }
-}
-
 // A row in the order in which it is written: by stamps, where those of its table rise.
 struct OrderedRow {
   int64_t written_ns = 0;
@@ -395,7 +387,8 @@ ConvertedCounts WriteBagRecording(const RecordingTables& recording, const Sequen
   Warnings of_reading;
   PartRows rows = ReadRows(recording, part, &of_reading);
   if (layout) {
-    std::erase_if(rows.images, [&](const auto& of) { return layout->ImagesOf(of.first).empty(); });
+    std::erase_if(rows.images,
+                  [&](const auto& of) { return layout->ImagesTopic(of.first).empty(); });
   }
   RequireImages(recording, part, rows);
   RequireStamps(recording, &rows, &of_reading);
@@ -409,7 +402,7 @@ ConvertedCounts WriteBagRecording(const RecordingTables& recording, const Sequen
   ImuMessages imu(rows.imu, &bag);
   ConvertedRows written(rows.size(), progress);
   const std::vector<OrderedRow> ordered = OrderRows(rows);
-  WritePoses(ordered.front().written_ns, &bag);
+  if (layout) WritePoses(*layout, bag.encoding, ordered.front().written_ns, bag.writer.get());
   for (const OrderedRow& each : ordered) {
     if (each.camera < 0) {
       imu.Write(rows.imu[each.row], each.written_ns);

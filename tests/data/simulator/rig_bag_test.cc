@@ -90,7 +90,7 @@ void ExpectCameras(const Rig& told, const Rig& read) {
   }
 }
 
-uchar GreyOf(const Sequence& sequence, const std::string& path) {
+uchar ReadGrey(const Sequence& sequence, const std::string& path) {
   const cv::Mat pixels = ReadGrayImage(*sequence.store, path, {}, {}).image;
   return pixels.empty() ? 0 : pixels.at<uchar>(pixels.rows / 2, pixels.cols / 2);
 }
@@ -122,9 +122,9 @@ TEST_P(RigBag, OpensWithoutOptionsAsItWasTold) {
     }
     ASSERT_EQ(opened.images.size(), static_cast<size_t>(pairs_));
     EXPECT_GT(opened.imu.size(), 300u);
-    EXPECT_EQ(GreyOf(opened, opened.images[3].left_path), 13);
+    EXPECT_EQ(ReadGrey(opened, opened.images[3].left_path), 13);
     if (topics.right.empty()) continue;
-    EXPECT_EQ(GreyOf(opened, opened.images[3].right_path), 103);
+    EXPECT_EQ(ReadGrey(opened, opened.images[3].right_path), 103);
   }
 }
 
