@@ -12,7 +12,7 @@
 namespace slcmap::inline data {
 namespace {
 
-std::string FolderOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+std::string ParentTopic(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 RosTransform ToRos(const RigidTransform& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -23,8 +23,8 @@ RosTransform ToRos(const RigidTransform& pose) {
 RosTransforms FixedFrames(const RigLayout& layout) {
   const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
   const RigidTransform T_link_left(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0, 0, 0});
-  const std::string left = layout.FrameOf(layout.topics.left);
-  const std::string gyro = layout.FrameOf(layout.topics.gyro);
+  const std::string left = layout.FindFrame(layout.topics.left);
+  const std::string gyro = layout.FindFrame(layout.topics.gyro);
   RosTransforms frames;
   const auto add = [&](const std::string& parent, const std::string& child,
                        const RigidTransform& pose) {
@@ -36,10 +36,10 @@ RosTransforms FixedFrames(const RigLayout& layout) {
   add("base_link", left, T_link_left);
   add("base_link", gyro, T_link_left * T_imu_left.Inverse());
   if (layout.topics.accel != layout.topics.gyro) {
-    add(gyro, layout.FrameOf(layout.topics.accel), {});
+    add(gyro, layout.FindFrame(layout.topics.accel), {});
   }
   if (!layout.topics.right.empty()) {
-    add(left, layout.FrameOf(layout.topics.right), T_imu_left.Inverse() * T_imu_right);
+    add(left, layout.FindFrame(layout.topics.right), T_imu_left.Inverse() * T_imu_right);
   }
   return frames;
 }
@@ -62,22 +62,22 @@ std::vector<double> RosCoefficients(const CameraWords& words) {
 
 bool RigLayout::IsColoured() const { return topics.left.find("color") != std::string::npos; }
 
-std::string RigLayout::ImagesOf(int camera) const {
+std::string RigLayout::ImageTopic(int camera) const {
   if (camera > 1) return "";
   return camera == 0 ? topics.left : topics.right;
 }
 
-std::string RigLayout::InfoOf(int camera) const {
-  const std::string images = ImagesOf(camera);
+std::string RigLayout::InfoTopic(int camera) const {
+  const std::string images = ImageTopic(camera);
   const std::string stream = ViewerStream(images);
   if (!stream.empty()) return stream + "/info/camera_info";
-  const bool has_own = FolderOf(topics.left) != FolderOf(topics.right);
-  return (has_own ? FolderOf(images) : images) + "/camera_info";
+  const bool has_own = ParentTopic(topics.left) != ParentTopic(topics.right);
+  return (has_own ? ParentTopic(images) : images) + "/camera_info";
 }
 
-std::string RigLayout::FrameOf(const std::string& topic) const {
+std::string RigLayout::FindFrame(const std::string& topic) const {
   const bool is_camera = topic == topics.left || topic == topics.right;
-  std::string name = is_camera ? FolderOf(InfoOf(topic == topics.left ? 0 : 1)) : topic;
+  std::string name = is_camera ? ParentTopic(InfoTopic(topic == topics.left ? 0 : 1)) : topic;
   std::ranges::replace(name, '/', '_');
   return name.substr(1) + (is_camera ? "_optical_frame" : "_frame");
 }
@@ -92,7 +92,7 @@ RosCameraInfo RigLayout::Info(int camera) const {
                     words.camera_model));
   }
   RosCameraInfo info;
-  info.frame_id = FrameOf(ImagesOf(camera));
+  info.frame_id = FindFrame(ImageTopic(camera));
   info.width_px = static_cast<uint32_t>(lens.width_px);
   info.height_px = static_cast<uint32_t>(lens.height_px);
   info.d = RosCoefficients(words);

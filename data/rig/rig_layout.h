@@ -21,10 +21,10 @@ struct RigLayout {
   ImageKind kind = ImageKind::kRaw;  // of its images
   Rig rig;                           // as the driver tells it
 
-  bool IsColoured() const;                 // by the names of its topics
-  std::string ImagesOf(int camera) const;  // "" of a camera that it has not
-  std::string InfoOf(int camera) const;    // the topic of its camera_info
-  std::string FrameOf(const std::string& topic) const;
+  bool IsColoured() const;                   // by the names of its topics
+  std::string ImageTopic(int camera) const;  // "" of a camera that it has not
+  std::string InfoTopic(int camera) const;   // the topic of its camera_info
+  std::string FindFrame(const std::string& topic) const;
 
   // Of the pixels as they are written. Throws ConfigError for a lens that camera_info has no words
   // for.

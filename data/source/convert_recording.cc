@@ -207,8 +207,8 @@ struct OpenedBag {
   void Write(uint32_t topic, int64_t received_ns, const Message& message) {
     writer->Write(topic, received_ns, EncodeMessage(encoding, message));
   }
-  std::string FrameOf(const std::string& topic, const std::string& sensor) const {
-    return layout ? layout->FrameOf(topic) : sensor;
+  std::string FindFrame(const std::string& topic, const std::string& sensor) const {
+    return layout ? layout->FindFrame(topic) : sensor;
   }
 };
 
@@ -224,10 +224,10 @@ class ImuMessages {
     const std::string accel = bag_.layout ? bag_.layout->topics.accel
                               : apart     ? "/imu0/accel"
                                           : gyro;
-    gyro_ = {bag_.AddTopic(gyro, RosImu::kType), bag_.FrameOf(gyro, "imu0")};
+    gyro_ = {bag_.AddTopic(gyro, RosImu::kType), bag_.FindFrame(gyro, "imu0")};
     accel_ = gyro_;
     apart_ = gyro != accel;
-    if (apart_) accel_ = {bag_.AddTopic(accel, RosImu::kType), bag_.FrameOf(accel, "imu0")};
+    if (apart_) accel_ = {bag_.AddTopic(accel, RosImu::kType), bag_.FindFrame(accel, "imu0")};
   }
 
   void Write(const ImuRow& row, int64_t received_ns) {
@@ -265,14 +265,14 @@ class ImageMessages {
  public:
   ImageMessages(int camera, bool as_files, OpenedBag* bag) : as_files_(as_files), bag_(*bag) {
     const std::string name =
-        bag_.layout ? bag_.layout->ImagesOf(camera) : fmt::format("/cam{}/image_raw", camera);
-    frame_ = bag_.FrameOf(name, CameraName(camera));
+        bag_.layout ? bag_.layout->ImageTopic(camera) : fmt::format("/cam{}/image_raw", camera);
+    frame_ = bag_.FindFrame(name, CameraName(camera));
     topic_ = bag_.AddTopic(name + (as_files ? kCompressedSuffix : ""),
                            as_files ? RosCompressedImage::kType : RosImage::kType);
     if (!bag_.layout) return;
     is_coloured_ = bag_.layout->IsColoured();
     info_ = bag_.layout->Info(camera);
-    info_topic_ = bag_.AddTopic(bag_.layout->InfoOf(camera), RosCameraInfo::kType);
+    info_topic_ = bag_.AddTopic(bag_.layout->InfoTopic(camera), RosCameraInfo::kType);
   }
 
   // nullptr, or why it is not there.
@@ -395,7 +395,8 @@ ConvertedCounts WriteBagRecording(const RecordingTables& recording, const Sequen
   Warnings of_reading;
   PartRows rows = ReadRows(recording, part, &of_reading);
   if (layout) {
-    std::erase_if(rows.images, [&](const auto& of) { return layout->ImagesOf(of.first).empty(); });
+    std::erase_if(rows.images,
+                  [&](const auto& of) { return layout->ImageTopic(of.first).empty(); });
   }
   RequireImages(recording, part, rows);
   RequireStamps(recording, &rows, &of_reading);
