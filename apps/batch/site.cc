@@ -190,7 +190,7 @@ void CheckRecording(const SiteRecording& recording, Faults* faults) {
 }
 
 // What was recorded, by the sizes and beginnings of its files; "" where it is not said so.
-std::string ContentsOf(const std::string& path) {
+std::string DescribeContents(const std::string& path) {
   constexpr std::size_t kBeginning = 65536;
   std::string contents;
   std::error_code error;
@@ -213,7 +213,7 @@ void RefuseCopies(const Site& site, Faults* faults) {
   for (const SiteRecording& recording : site.recordings) {
     std::string contents;
     try {
-      contents = ContentsOf(recording.path);
+      contents = DescribeContents(recording.path);
     } catch (const Error&) {
       continue;  // which CheckRecording tells
     }

@@ -45,7 +45,7 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
   for (const std::string& map : arguments.maps) ExpectFolder(map, FolderKind::kMap);
 }
 
-std::vector<MapFolder> FoldersOf(const MergeArguments& arguments) {
+std::vector<MapFolder> CollectFolders(const MergeArguments& arguments) {
   std::vector<std::string> dates(arguments.maps.size());
   if (!arguments.dates.empty()) dates = SplitAtCommas(arguments.dates);
   if (dates.size() != arguments.maps.size()) {
@@ -96,7 +96,7 @@ void TellChanges(const std::vector<DatedChange>& changes) {
 // As a file says, or by what the maps have in common. In the world of the first map.
 std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
                                          const Progress& progress) {
-  const std::vector<MapFolder> folders = FoldersOf(arguments);
+  const std::vector<MapFolder> folders = CollectFolders(arguments);
   const auto read = [&](std::size_t i) {
     return [path = folders[i].path, accept = arguments.accept_changed] {
       return ReadMapToShow(path, accept);

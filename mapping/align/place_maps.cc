@@ -51,7 +51,7 @@ struct PairVariance {
   double shift_m2 = 0, turn_rad2 = 0;
 };
 
-PairVariance VarianceOf(const MapAlignment& found) {
+PairVariance ComputeVariance(const MapAlignment& found) {
   const Eigen::Matrix4d covariance = found.information.of_turn_and_shift.inverse();
   if (!covariance.allFinite()) return {};
   return {covariance.diagonal().tail<3>().mean(), covariance(0, 0)};
@@ -297,14 +297,14 @@ class MapPlacer {
     return true;
   }
 
-  std::size_t SizeOf(std::size_t group) const {
+  std::size_t CountMaps(std::size_t group) const {
     return static_cast<std::size_t>(std::ranges::count(placed_, group, &PlacedMap::group));
   }
 
   // Whether a pair is where others say, within what is known of it and of the maps between.
   bool Agrees(const AlignedPair& pair, const RigidTransform& T_by_pair,
               const RigidTransform& T_by_others, const Vector3d& at, std::size_t maps) const {
-    const PairVariance variance = VarianceOf(*pair.found);
+    const PairVariance variance = ComputeVariance(*pair.found);
     const double between = 2 + std::log2(static_cast<double>(maps));
     const double shift_m = std::sqrt(variance.shift_m2 + between * std::pow(kMapSigma_m, 2)),
                  turn_rad = std::sqrt(variance.turn_rad2 + between * std::pow(kMapSigma_rad, 2));
@@ -313,7 +313,7 @@ class MapPlacer {
   }
 
   // Where in its second's group a pair's middle is.
-  Vector3d MiddleOf(const AlignedPair& pair) const {
+  Vector3d FindMiddle(const AlignedPair& pair) const {
     return placed_[pair.second].T_group_map *
            (pair.found->T_first_second.Inverse() * pair.found->information.centre_first);
   }
@@ -321,7 +321,7 @@ class MapPlacer {
   // All pairs between two groups, against what one of them says.
   std::string FindContradiction(const AlignedPair& pair, const RigidTransform& T) const {
     const std::size_t first = placed_[pair.first].group, second = placed_[pair.second].group;
-    const std::size_t maps = SizeOf(first) + SizeOf(second);
+    const std::size_t maps = CountMaps(first) + CountMaps(second);
     double agreeing = 0, differing = 0;
     const AlignedPair* worst = nullptr;
     for (const AlignedPair& other : pairs_) {
@@ -331,7 +331,7 @@ class MapPlacer {
       if (!other.found) {
         if (!ShouldFit(other, T_of_groups)) continue;
         differing += kNotFittingWorth * Support(*pair.found);
-      } else if (Agrees(other, BetweenGroups(other), T_of_groups, MiddleOf(other), maps)) {
+      } else if (Agrees(other, BetweenGroups(other), T_of_groups, FindMiddle(other), maps)) {
         agreeing += Support(*other.found);
         continue;
       } else {
@@ -381,7 +381,7 @@ class MapPlacer {
 
   // Where the second may be in the first by a pair of two, whichever is its first; none where that
   // is not in question.
-  static std::vector<RigidTransform> PlacesOf(const AlignedPair& pair, std::size_t map) {
+  static std::vector<RigidTransform> ListPlaces(const AlignedPair& pair, std::size_t map) {
     std::vector<RigidTransform> places = pair.places;
     if (pair.first != map) return places;
     for (RigidTransform& T : places) T = T.Inverse();
@@ -420,7 +420,7 @@ class MapPlacer {
     const std::size_t other = map == pair.first ? pair.second : pair.first;
     const RigidTransform T_other_map =
         map == pair.second ? pair.found->T_first_second : pair.found->T_first_second.Inverse();
-    const std::vector<RigidTransform> places = PlacesOf(doubt, map);
+    const std::vector<RigidTransform> places = ListPlaces(doubt, map);
     for (const AlignedPair& tie : pairs_) {
       if (std::minmax(tie.first, tie.second) != std::minmax(other, third)) continue;
       if (!tie.places.empty()) return true;
@@ -465,7 +465,7 @@ class MapPlacer {
           placed_[pair.second].group != group) {
         continue;
       }
-      if (Agrees(pair, BetweenGroups(pair), {}, MiddleOf(pair), maps)) {
+      if (Agrees(pair, BetweenGroups(pair), {}, FindMiddle(pair), maps)) {
         pairs.push_back(&pair);
         against_.erase(&pair);
         continue;

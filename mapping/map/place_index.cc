@@ -60,7 +60,7 @@ const CsvColumns& PlaceColumns() {
   return columns;
 }
 
-std::string RowOf(int kind, const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
+std::string FormatPlace(int kind, const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
   return fmt::format("{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f}\n", kind, start.x(), start.y(),
                      start.z(), end.x(), end.y(), end.z());
 }
@@ -77,9 +77,9 @@ PlaceIndex MakePlaceIndex(const MapResult& map) { return MakeIndex(map.lines, ma
 
 void WritePlaceIndex(const std::string& path, const PlaceIndex& index) {
   std::string text = CsvHeader(PlaceColumns()) + "\n";
-  for (const Eigen::Vector3d& p : index.walk_world) text += RowOf(kWalk, p, p);
+  for (const Eigen::Vector3d& p : index.walk_world) text += FormatPlace(kWalk, p, p);
   for (const IndexedEdge& edge : index.edges)
-    text += RowOf(kEdge, edge.start_world, edge.end_world);
+    text += FormatPlace(kEdge, edge.start_world, edge.end_world);
   WriteFile(path, text);
 }
 

@@ -91,7 +91,7 @@ struct RowMaker {
 };
 
 template <typename Item>
-std::string RowOf(const Item& item, std::string first = "") {
+std::string FormatFields(const Item& item, std::string first = "") {
   RowMaker maker{std::move(first)};
   VisitFields(maker, item);
   return maker.row + "\n";
@@ -206,19 +206,19 @@ const std::map<std::string, CsvColumns>& RunColumns() {
   return columns;
 }
 
-std::string Row(const OnlineState& state) { return RowOf(state); }
-std::string Row(const Keyframe& keyframe) { return RowOf(keyframe); }
-std::string Row(const Landmark& landmark) { return RowOf(landmark); }
-std::string Row(const Line& line) { return RowOf(line); }
-std::string Row(const ImuSample& sample) { return RowOf(sample); }
-std::string Row(const CalibrationEstimate& estimate) { return RowOf(estimate); }
+std::string Row(const OnlineState& state) { return FormatFields(state); }
+std::string Row(const Keyframe& keyframe) { return FormatFields(keyframe); }
+std::string Row(const Landmark& landmark) { return FormatFields(landmark); }
+std::string Row(const Line& line) { return FormatFields(line); }
+std::string Row(const ImuSample& sample) { return FormatFields(sample); }
+std::string Row(const CalibrationEstimate& estimate) { return FormatFields(estimate); }
 
 std::string Row(int64_t index, const ManhattanWorld& world) {
-  return RowOf(world, std::to_string(index));
+  return FormatFields(world, std::to_string(index));
 }
 
 std::string Row(int64_t index, const SlopedDirection& slope) {
-  return RowOf(slope, std::to_string(index));
+  return FormatFields(slope, std::to_string(index));
 }
 
 std::string Row(int64_t keyframe_id, const KeyframeObservation& seen) {
