@@ -85,9 +85,10 @@ class RecordedImageReader : public ViewImages {
 
 void RequireStereo(const std::string& place, const Rig& rig) {
   if (IsStereo(rig)) return;
-  throw DataError(place +
-                  ": found one camera, expected two: mapping from images needs a stereo "
-                  "rig (--sparse maps from a run alone)");
+  throw DataError(fmt::format(
+      "{}: found {}, expected two that see the same: mapping from images needs a stereo rig "
+      "(--sparse maps from a run alone)",
+      place, LooksApart(rig) ? "two cameras that look apart" : "one camera"));
 }
 
 // The cameras as the run has found them. Poses are those of the body, in which the left camera

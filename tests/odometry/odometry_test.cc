@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -41,8 +42,8 @@ struct Recording {
 };
 
 // At rest, then flying through a bare room; without any noise, so that images at rest are the same.
-Recording MakeRecording(double panel_m = 0) {
-  RenderTask task{SmallRig(), ExampleFlight(SmallRig(), kDuration_s, kRest_s), {}};
+Recording MakeRecording(double panel_m = 0, const Rig& rig = SmallRig()) {
+  RenderTask task{rig, ExampleFlight(SmallRig(), kDuration_s, kRest_s), {}};
   for (double t_s = 0.1; t_s < kDuration_s - 0.1; t_s += 1 / kRate_hz) task.times_s.push_back(t_s);
   Recording recording;
   recording.rig = task.rig;
@@ -173,8 +174,8 @@ void ExpectSame(const Result& a, const Result& b) {
 }
 
 // A room whose walls have edges, and lines although the images are small.
-Recording MakeRecordingWithLines() {
-  Recording recording = MakeRecording(2.0);
+Recording MakeRecordingWithLines(const Rig& rig = SmallRig()) {
+  Recording recording = MakeRecording(2.0, rig);
   recording.options.method = Method::kSlc;
   recording.options.lines.detector.min_length_px = 20;
   return recording;
@@ -204,6 +205,45 @@ TEST(ThreadsChangeNothing, WithLines) {
   const Result result = PlayWithOneAndTwo(RoomWithLines(), RoomWithLines().images);
   EXPECT_GT(result.run.keyframes.size(), 10u);
   EXPECT_GT(result.run.lines.size(), 3u);
+}
+
+// A small rig whose second camera looks backwards.
+Rig BackToBack() {
+  Rig rig = SmallRig();
+  rig.T_imu_camera[1] =
+      rig.T_imu_camera[0] * RigidTransform(ExpRotation({0, M_PI, 0}), {0, 0, -0.04});
+  return rig;
+}
+
+const Recording& RoomBackToBack() {
+  static const Recording recording = MakeRecordingWithLines(BackToBack());
+  return recording;
+}
+
+TEST(OdometryOnImages, BothOfTwoCamerasThatLookApartAreFollowed) {
+  const Recording& recording = RoomBackToBack();
+  const Result result = PlayWithOneAndTwo(recording, recording.images);
+  EXPECT_EQ(result.states.back().segment, 0);
+  EXPECT_LT(LargestError_m(recording, result), 0.1);
+  std::array<int, 2> points{}, lines{};
+  for (const Keyframe& keyframe : result.run.keyframes) {
+    for (const auto& seen : keyframe.observations) ++points[static_cast<size_t>(seen.camera)];
+    for (const auto& seen : keyframe.lines) ++lines[static_cast<size_t>(seen.camera)];
+  }
+  for (size_t camera = 0; camera < 2; ++camera) {
+    EXPECT_GT(points[camera], 200) << camera;
+    EXPECT_GT(lines[camera], 20) << camera;
+  }
+}
+
+// What is left is the first camera, and the second one's points while it does not hang.
+TEST(OdometryOnImages, ASecondCameraThatHangsIsDoneWithout) {
+  const Recording& recording = RoomBackToBack();
+  const Result result =
+      PlayWithOneAndTwo(recording, Hanging(recording.images, 2.5, 3.5, false, true));
+  EXPECT_EQ(result.Count(kRightHangs), 20);
+  EXPECT_EQ(result.states.back().segment, 0);
+  EXPECT_LT(LargestError_m(recording, result), 0.2);
 }
 
 TEST(ThreadsChangeNothing, WithPointsOfOneCameraAlone) {
