@@ -226,10 +226,11 @@ int ApplyNames(const Names& names, MapResult* map) {
          name(names.doors, "door", &NamedPlaces::FindDoor);
 }
 
-Names CollectNames(const Building& building) {
+Names CollectNames(const Building& building, const RigidTransform& T_other_world) {
   constexpr double kOverFloor_m = 1;
   const auto entry = [&](const std::string& name, const Vector2d& p, double floor_m) {
-    return PlaceName{name, Vector3d(p.x(), p.y(), floor_m + kOverFloor_m), {}, {}, "names"};
+    const Vector3d p_world(p.x(), p.y(), floor_m + kOverFloor_m);
+    return PlaceName{name, T_other_world * p_world, {}, {}, "names"};
   };
   Names names;
   for (const Room& room : building.rooms) {
