@@ -206,10 +206,8 @@ void E57File::Add(const SurveyPoint& point) {
   box_.extend(p.cast<double>());
   AppendBytes(static_cast<float>(point.sigma_m), &streams_[3]);
   if (scan_.has_surfaces) {
-    for (int axis = 0; axis < 3; ++axis) {
-      AppendBytes(static_cast<float>(point.normal[axis]),
-                  &streams_[static_cast<std::size_t>(4 + axis)]);
-    }
+    const Eigen::Vector3f normal = point.normal.cast<float>();
+    for (std::size_t i = 4; const float part : normal) AppendBytes(part, &streams_[i++]);
     for (std::size_t i = 7; i < streams_.size(); ++i) AppendBytes(point.grey, &streams_[i]);
   }
   ++added_;

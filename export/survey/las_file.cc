@@ -50,7 +50,8 @@ std::string ExtraBytesRecord() {
                                                                   {"NormalY", "of the surface"},
                                                                   {"NormalZ", "of the surface"},
                                                                   {"sigma", "metres"}}};
-  constexpr std::size_t kNumbers = 5 * 3 * 8;  // no data, least, most, scale, offset: none used
+  constexpr std::size_t kNumbers =
+      5 * 3 * sizeof(double);  // no data, least, most, scale, offset: none used
   std::string content;
   for (const auto& [name, description] : kFields) {
     AppendBytes(uint16_t{0}, &content);

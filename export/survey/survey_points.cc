@@ -43,7 +43,7 @@ std::size_t CountPoints(const MapResult& map, PointSource source) {
 }
 
 SurveyPoint PointAt(const MapResult& map, PointSource source, std::size_t index) {
-  const SurveyPoint point = FromMap(map, source, index);
+  SurveyPoint point = FromMap(map, source, index);
   if (point.p.allFinite() && point.normal.allFinite()) return point;
   throw DataError(
       fmt::format("map: point {} of {}: found a number that is not finite, expected "
