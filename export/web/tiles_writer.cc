@@ -5,17 +5,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <set>
 #include <span>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/file.h"
 #include "export/scene/building_solids.h"
 #include "export/web/gltf_writer.h"
 #include "export/web/page_writer.h"
 #include "mapping/map/building.h"
+#include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -25,7 +29,9 @@ constexpr Colour kPointColour{159, 176, 196};
 
 double LengthOfLine(const MapLine& line) { return (line.end_world - line.start_world).norm(); }
 
-Eigen::Vector3d ComputeMiddle(const MapLine& line) { return 0.5 * (line.start_world + line.end_world); }
+Eigen::Vector3d ComputeMiddle(const MapLine& line) {
+  return 0.5 * (line.start_world + line.end_world);
+}
 
 class LineTiler {
  public:
@@ -130,6 +136,42 @@ MapResult PartOfStorey(const MapResult& map, std::optional<int64_t> storey) {
   return part;
 }
 
+// From a frame with x to the east, y to the north and z up to the axes of the Earth, at a place on
+// the ellipsoid of WGS 84.
+Eigen::Isometry3d EastNorthUpOnEarth(double latitude_rad, double longitude_rad, double height_m) {
+  constexpr double kRadius_m = 6378137, kFlattening = 1 / 298.257223563;
+  constexpr double kEccentricity2 = kFlattening * (2 - kFlattening);
+  const double sine = std::sin(latitude_rad), cosine = std::cos(latitude_rad);
+  const double across_m = kRadius_m / std::sqrt(1 - kEccentricity2 * sine * sine);
+  const Eigen::Vector3d outward(cosine * std::cos(longitude_rad), cosine * std::sin(longitude_rad),
+                                sine);
+  const Eigen::Vector3d east(-std::sin(longitude_rad), std::cos(longitude_rad), 0);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() << east, outward.cross(east), outward;
+  T.translation() = (across_m + height_m) * outward;
+  T.translation().z() -= kEccentricity2 * across_m * sine;
+  return T;
+}
+
+// From the map to the axes of the Earth (EPSG:4978), where it lies in a system that PROJ knows. A
+// metre stays a metre. Heights are taken as over the ellipsoid, as systems of heights are seldom
+// told.
+std::optional<Eigen::Isometry3d> TransformToEarth(const std::optional<Georeference>& georeference) {
+  if (!georeference || georeference->crs.empty()) return std::nullopt;
+  const CoordinateSystem system(georeference->crs);
+  const std::optional<PlaceOnEarth> place = system.At(georeference->origin_m);
+  if (!place) {
+    spdlog::warn("tiles: the map lies beyond the area of {}: they do not say where on Earth it is",
+                 georeference->crs);
+    return std::nullopt;
+  }
+  const auto turn =
+      Eigen::AngleAxisd(georeference->turn_rad - place->true_north_rad, Eigen::Vector3d::UnitZ());
+  return EastNorthUpOnEarth(kDegree * place->latitude_deg, kDegree * place->longitude_deg,
+                            georeference->origin_m.z()) *
+         turn;
+}
+
 class TilesetMaker {
  public:
   TilesetMaker(const MapResult& map, const std::string& folder) : map_(map), folder_(folder) {}
@@ -206,18 +248,23 @@ class TilesetMaker {
                          {"floor_m", storey.floor_m},
                          {"ceiling_m", storey.ceiling_m ? Json(*storey.ceiling_m) : Json()}});
     }
+    Json root = {{"boundingVolume", BoundingVolume(box_)},
+                 {"geometricError", diagonal_m},
+                 {"refine", "ADD"},
+                 {"children", children_}};
+    if (const auto T_earth_map = TransformToEarth(map_.source.georeference)) {
+      const Eigen::Matrix4d& matrix = T_earth_map->matrix();
+      root["transform"] = std::vector<double>(matrix.data(), matrix.data() + matrix.size());
+    }
     return {{"asset", {{"version", "1.1"}}},
             {"extras",
              {{"generator", "slcmap"},
               {"map", map_.id},
               {"run", map_.source.run_id},
+              {"georeference", GeoreferenceJson(map_.source.georeference)},
               {"storeys", storeys}}},
             {"geometricError", diagonal_m},
-            {"root",
-             {{"boundingVolume", BoundingVolume(box_)},
-              {"geometricError", diagonal_m},
-              {"refine", "ADD"},
-              {"children", children_}}}};
+            {"root", root}};
   }
 
   void AddFile(const std::string& name, const std::string& bytes) {

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/json.h"
 #include "export/web/cloud_tiles.h"
 #include "export/web/page_writer.h"
@@ -335,6 +336,25 @@ TEST_F(TilesWriterTest, TheSameMapGivesTheSameBytes) {
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_EQ(testing::ReadText(first[i]), testing::ReadText(second[i])) << first[i];
   }
+}
+
+TEST_F(TilesWriterTest, APlacedMapSaysWhereOnEarthItLies) {
+  MapResult map = testing::MakeRoomMap();
+  // At 50 degrees north, 9 degrees east, its x to the north.
+  map.source.georeference = {"EPSG:25832", {500000, 5538630.703, 100}, 90 * kDegree, 0.9996};
+  Write(map);
+  const auto values = tileset_.at("root").at("transform").get<std::vector<double>>();
+  const Eigen::Map<const Eigen::Matrix4d> matrix(values.data());
+  const Vector3d origin = matrix.topRightCorner<3, 1>(), x_axis = matrix.topLeftCorner<3, 1>();
+  EXPECT_LT((origin - Vector3d(4057352.955, 642621.577, 4862865.642)).norm(), 0.01);
+  const double latitude = 50 * kDegree, longitude = 9 * kDegree;
+  const Vector3d north(-std::sin(latitude) * std::cos(longitude),
+                       -std::sin(latitude) * std::sin(longitude), std::cos(latitude));
+  EXPECT_LT((x_axis - north).norm(), 1e-6);
+  EXPECT_EQ(tileset_.at("extras").at("georeference").at("crs"), "EPSG:25832");
+  map.source.georeference->crs = "";
+  Write(map);
+  EXPECT_FALSE(tileset_.at("root").contains("transform"));
 }
 
 TEST_F(TilesWriterTest, AMapOfNothingHasNone) {
