@@ -221,10 +221,12 @@ MapPlacement PlaceScanned(std::vector<MapResult> scanned) {
 
 TEST(PlaceMaps, WalksOfOneBuildingLieTogetherAndAnotherBuildingApart) {
   const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
-  const MapPlacement placement =
-      PlaceScanned({ScannedMap(TwoRoomFlat(), kWest), ScannedMap(TwoRoomFlat(), kAll, T, "b"),
-                    ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"),
-                    ScannedMap(TwoRoomFlat(), {{2, 1.5, 1.5}, {3.5, 2.5, 1.5}}, T.Inverse(), "d")});
+  std::vector<MapResult> scanned;
+  scanned.push_back(ScannedMap(TwoRoomFlat(), kWest));
+  scanned.push_back(ScannedMap(TwoRoomFlat(), kAll, T, "b"));
+  scanned.push_back(ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
+  scanned.push_back(ScannedMap(TwoRoomFlat(), {{2, 1.5, 1.5}, {3.5, 2.5, 1.5}}, T.Inverse(), "d"));
+  const MapPlacement placement = PlaceScanned(std::move(scanned));
   EXPECT_EQ(placement.maps[1].group, 0u);
   EXPECT_EQ(placement.maps[2].group, 2u);
   EXPECT_EQ(placement.maps[3].group, 0u);
