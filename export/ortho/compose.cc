@@ -16,6 +16,7 @@ constexpr double kFade_m = 0.15;     // sigma of the fade of low frequencies
 constexpr double kSharpFade_px = 2;  // sigma of that of high ones, in pixels of the face
 constexpr double kLowBand_m = 0.04;  // sigma that parts them
 constexpr double kLeastWeight = 1e-3;
+constexpr double kLeastIsland_m2 = 0.02;
 constexpr double kFlatSigma = 0.02;  // of log brightness in cells that two photos see
 constexpr double kGainSigma = 0.3;   // of log exposures
 
@@ -208,6 +209,19 @@ class Bands {
   std::array<cv::Mat, 4> sums_;
 };
 
+// Small islands of what was seen are gaps between things that hide the face.
+void RemoveIslands(double least_px, cv::Mat* alpha) {
+  cv::Mat islands, stats, middles;
+  const int count = cv::connectedComponentsWithStats(*alpha, islands, stats, middles);
+  for (int i = 1; i < count; ++i) {
+    const int* of_island = stats.ptr<int>(i);
+    if (of_island[cv::CC_STAT_AREA] >= least_px) continue;
+    const cv::Rect box(of_island[cv::CC_STAT_LEFT], of_island[cv::CC_STAT_TOP],
+                       of_island[cv::CC_STAT_WIDTH], of_island[cv::CC_STAT_HEIGHT]);
+    (*alpha)(box).setTo(0, islands(box) == i);
+  }
+}
+
 }  // namespace
 
 Orthophoto Compose(const OrthoFace& face, const cv::Mat& mask, const PhotoChoice& choice,
@@ -220,6 +234,7 @@ Orthophoto Compose(const OrthoFace& face, const cv::Mat& mask, const PhotoChoice
   Orthophoto ortho;
   ortho.photos = used.size();
   ortho.alpha = bands.Seen() & mask;
+  RemoveIslands(kLeastIsland_m2 / (face.pixel_m * face.pixel_m), &ortho.alpha);
   ortho.grey = bands.Grey();
   ortho.grey.setTo(0, ~ortho.alpha);
   ortho.seen_share = cv::countNonZero(ortho.alpha) / std::max(1.0, 1.0 * cv::countNonZero(mask));

@@ -33,9 +33,9 @@ PlaceName ReadEntry(YamlSection section, const char* id_key) {
   PlaceName entry;
   entry.place = section.place();
   section.Read("name", &entry.name);
+  std::vector<double> at;
+  section.Read("at", &at);
   if (section.Has("at")) {
-    std::vector<double> at;
-    section.Read("at", &at);
     if (at.size() != 3) {
       throw ConfigError(fmt::format("{}.at: found {} numbers, expected 3: x, y and z in metres",
                                     entry.place, at.size()));
@@ -43,10 +43,9 @@ PlaceName ReadEntry(YamlSection section, const char* id_key) {
     entry.at = Vector3d(at[0], at[1], at[2]);
   }
   const auto read_number = [&](const char* key, std::optional<int64_t>* number) {
-    if (!section.Has(key)) return;
     int value = 0;
     section.Read(key, &value);
-    *number = value;
+    if (section.Has(key)) *number = value;
   };
   read_number(id_key, &entry.id);
   if (std::string(id_key) == "wall") read_number("opening", &entry.opening);
