@@ -129,9 +129,10 @@ class Trackers {
 
 class TrackedPoints final : public PointSource {
  public:
-  TrackedPoints(const PointTrackerOptions& options, const Rectifier& rectifier, bool two,
+  TrackedPoints(PointTrackerOptions options, const Rectifier& rectifier, bool two,
                 RectifiedPair* pair)
       : trackers_(rectifier.rectified_rig(), two), pair_(pair) {
+    if (two) options.max_points = (options.max_points + 1) / 2;  // all in all as many
     for (int camera = 0; camera < (two ? 2 : 1); ++camera) {
       trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(camera));
     }
