@@ -13,7 +13,7 @@
 #include "data/check/check.h"
 #include "data/check/intervals.h"
 #include "data/core/error.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -62,7 +62,7 @@ namespace {
 CheckReport Check(bool one_camera, Sequence* sequence) {
   Sequence checked = one_camera ? *sequence : SelectPairs(*sequence);
   if (one_camera) checked.rig.cameras[1] = Camera();
-  AslSource source(checked);
+  RecordedSource source(checked);
   CheckReport report = CheckStart(&source, sequence->imu, StageProgress("check"));
   sequence->rig.masks = source.info().rig.masks;
   return report;

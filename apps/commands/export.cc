@@ -19,7 +19,7 @@
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
 #include "data/io/program_files.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "export/export.h"
 
 namespace slcmap::inline commands {

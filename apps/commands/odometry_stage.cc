@@ -22,7 +22,7 @@
 #include "data/core/math.h"
 #include "data/io/file.h"
 #include "data/io/trajectory.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "data/source/sequence_source.h"
 #include "data/version.h"
 #include "odometry/odometry.h"
@@ -453,7 +453,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   const bool uses_two = UsesTwoCameras(options.odometry.method, sequence.rig);
-  AslSource source(std::move(sequence), {.read_right = uses_two});
+  RecordedSource source(std::move(sequence), {.read_right = uses_two});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), DescribeImages(info.rig),
                info.calibration);

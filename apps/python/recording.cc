@@ -9,7 +9,7 @@
 
 #include "apps/python/arrays.h"
 #include "data/core/error.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline python {
 namespace {

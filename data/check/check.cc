@@ -15,8 +15,8 @@
 #include "data/core/math.h"
 #include "data/io/csv.h"
 #include "data/source/asl_files.h"
-#include "data/source/asl_source.h"
 #include "data/source/imu_streams.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -258,7 +258,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
     Sequence sequence = OpenSequence(path, options);
     CheckReport mended;
     MendIntervals(&sequence, progress.Part(0, 0), &mended);
-    source = std::make_unique<AslSource>(SelectPairs(std::move(sequence)));
+    source = std::make_unique<RecordedSource>(SelectPairs(std::move(sequence)));
     report = CheckSource(source.get(), progress);
     report.findings.insert(report.findings.end(), mended.findings.begin(), mended.findings.end());
     report.corrections.insert(report.corrections.end(), mended.corrections.begin(),

@@ -13,7 +13,7 @@
 #include "data/check/turn_alignment.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline data {
 namespace {

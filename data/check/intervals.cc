@@ -14,7 +14,7 @@
 #include "data/check/turn_alignment.h"
 #include "data/check/view_geometry.h"
 #include "data/core/math.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline data {
 namespace {
@@ -93,7 +93,7 @@ class IntervalFinder {
     return AlignRows(all, LeftRight(sequence_.rig), sequence_.rig.cameras[0].MiddleFocal_px());
   }
 
-  const AslSource& source() const { return source_; }
+  const RecordedSource& source() const { return source_; }
   size_t pair(size_t sample) const { return pairs_[sample]; }
   size_t samples() const { return pairs_.size(); }
 
@@ -129,7 +129,7 @@ class IntervalFinder {
   }
 
   const Sequence& sequence_;
-  const AslSource source_;
+  const RecordedSource source_;
   const Progress progress_;
   std::vector<size_t> pairs_;
   std::vector<std::vector<RayPair>> matches_;
@@ -257,7 +257,7 @@ bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progr
   rig.cameras[1] = Camera();
   Sequence left = sequence;
   left.rig = rig;
-  const AslSource source(left);
+  const RecordedSource source(left);
   const auto align = [&](const IndexRange& part) {
     return AlignTurns(FollowImages(source, rig, {part}, progress).turns, sequence.imu,
                       rig.T_imu_camera[0].rotation, rig.camera_time_offset_s);

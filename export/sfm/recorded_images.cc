@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "data/core/error.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 namespace slcmap::inline exporting {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "data/core/coordinate_system.h"
 #include "data/core/error.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "mapping/control/control_placement.h"
 #include "mapping/control/tag_finder.h"
 #include "mapping/control/triangulation.h"

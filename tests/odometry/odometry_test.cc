@@ -17,7 +17,7 @@
 #include <thread>
 
 #include "data/simulator/motion.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "data/source/sequence.h"
 #include "odometry/run/run_folder.h"
 #include "tests/testing/box_room_renderer.h"
@@ -504,8 +504,8 @@ TEST(OdometryOnTheRealRecording, ACameraThatHangsCostsTheAccuracyOfItsTimeOnly) 
   recording.imu = sequence.imu;
   const Trajectory truth = ReadTrajectory(sequence.truth_path);
   recording.truth = [&](int64_t stamp_ns) { return PoseAt(truth, stamp_ns, 0.1).value(); };
-  StereoReader reader(sequence);
-  while (const auto pair = reader.Next()) {
+  RecordedSource reader(sequence);
+  while (const auto pair = reader.NextPair()) {
     recording.images.push_back({pair->stamp_ns, pair->left, pair->decode_right()});
   }
   const Result result = Play(recording, Hanging(recording.images, 4.0, 4.5, true, true));

@@ -14,7 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "tests/testing/pinhole_camera.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
@@ -208,10 +208,10 @@ TEST_F(CheckSmallSequence, WhatLeavesNoPairsIsAnError) {
   }
   ExpectFinding(Check(), "images-missing", Severity::kError, "copy", "40 of 40 images of cam1");
   Sequence sequence = OpenSequence(folder_.Path());
-  AslSource source(sequence);
+  RecordedSource source(sequence);
   ExpectFinding(CheckStart(&source, sequence.imu), "images-missing", Severity::kError, "copy");
   sequence.rig.cameras[1] = Camera();  // as odometry of one camera has it
-  AslSource left(sequence);
+  RecordedSource left(sequence);
   EXPECT_EQ(Find(CheckStart(&left, sequence.imu), "images-missing"), nullptr);
 }
 
@@ -331,17 +331,17 @@ class CheckRealRecording : public ::testing::Test {
   }
   CheckReport CheckedGeometry() const {
     CheckReport report;
-    CheckGeometry(AslSource(sequence_), sequence_.imu, {}, &report);
+    CheckGeometry(RecordedSource(sequence_), sequence_.imu, {}, &report);
     return report;
   }
   CheckReport CheckedMotion() const {
     CheckReport report;
-    CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+    CheckMotion(RecordedSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
     return report;
   }
   CheckReport CheckedStereo() const {
     CheckReport report;
-    CheckStereo(AslSource(sequence_), {}, &report);
+    CheckStereo(RecordedSource(sequence_), {}, &report);
     return report;
   }
   std::string path_;
@@ -355,7 +355,7 @@ TEST_F(CheckRealRecording, IsUsable) {
 }
 
 CheckReport StartCheckOf(const Sequence& sequence) {
-  AslSource source(sequence);
+  RecordedSource source(sequence);
   return CheckStart(&source, sequence.imu);
 }
 

@@ -10,8 +10,8 @@
 #include "data/bag/messages.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
-#include "data/source/asl_source.h"
 #include "data/source/convert_recording.h"
+#include "data/source/recorded_source.h"
 #include "data/source/sequence_options_json.h"
 #include "tests/data/bag/made_bag.h"
 #include "tests/testing/small_sequence.h"
@@ -190,7 +190,7 @@ TEST_F(BagRecording, SixteenBitsStay) {
 }
 
 Warnings ReadThrough(const Sequence& sequence, size_t* pairs) {
-  AslSource source(sequence);
+  RecordedSource source(sequence);
   for (*pairs = 0; source.NextPair(std::numeric_limits<int64_t>::min()); ++*pairs) {
   }
   return source.warnings();
@@ -207,7 +207,7 @@ TEST_F(BagRecording, CountsDamagedImagesAsTheFolderDoes) {
   EXPECT_EQ(pairs, static_cast<size_t>(kPairs - 2));
   EXPECT_EQ(warnings.Count(kImageTruncated), 1);
   EXPECT_EQ(warnings.Count(kImageWrongSize), 1);
-  const AslSource source(bag);
+  const RecordedSource source(bag);
   EXPECT_STREQ(source.FindProblem(4, 0), kImageTruncated);
   EXPECT_STREQ(source.FindProblem(7, 1), kImageWrongSize);
   EXPECT_EQ(source.FindProblem(5, 0), nullptr);

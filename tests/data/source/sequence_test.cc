@@ -9,7 +9,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/source/asl_files.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "data/source/sequence_options_json.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
@@ -426,8 +426,8 @@ TEST(OpenSequence, OneCameraIsARecordingToo) {
   EXPECT_FALSE(IsStereo(sequence.rig));
   ASSERT_EQ(sequence.images.size(), 4u);
   EXPECT_EQ(sequence.images[1].right_path, "");
-  StereoReader reader(sequence);
-  const auto image = reader.Next();
+  RecordedSource reader(sequence);
+  const auto image = reader.NextPair();
   ASSERT_TRUE(image.has_value());
   EXPECT_FALSE(image->left.empty());
   EXPECT_TRUE(image->right.empty());

@@ -7,7 +7,7 @@
 
 #include "data/core/error.h"
 #include "data/io/image.h"
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 #include "data/source/sequence.h"
 #include "data/source/sequence_source.h"
 #include "tests/testing/small_sequence.h"
@@ -21,20 +21,20 @@ using ::testing::HasSubstr;
 using testing::MessageOf;
 using testing::TempFolder;
 
-class StereoReaderTest : public ::testing::Test {
+class RecordedPairs : public ::testing::Test {
  protected:
-  StereoReaderTest() { testing::WriteSequence(folder_, {.images = 12}); }
+  RecordedPairs() { testing::WriteSequence(folder_, {.images = 12}); }
 
   std::string Image(int camera, int index) const {
     return folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(index)));
   }
 
   // The indices of the pairs that are given out.
-  std::vector<int> ReadAll(const StereoReaderOptions& options = {}) {
+  std::vector<int> ReadAll(const RecordedSourceOptions& options = {}) {
     const Sequence sequence = OpenSequence(folder_.Path());
-    StereoReader reader(sequence, options);
+    RecordedSource reader(sequence, options);
     std::vector<int> indices;
-    while (const auto pair = reader.Next()) {
+    while (const auto pair = reader.NextPair()) {
       const int index =
           static_cast<int>((pair->stamp_ns - testing::kFirstStamp_ns) / testing::kImageStep_ns);
       EXPECT_EQ(cv::norm(pair->left, testing::Texture(index, 0), cv::NORM_INF), 0);
@@ -53,14 +53,14 @@ class StereoReaderTest : public ::testing::Test {
   Warnings warnings_;
 };
 
-TEST_F(StereoReaderTest, GivesAllPairsInOrder) {
+TEST_F(RecordedPairs, GivesAllPairsInOrder) {
   EXPECT_THAT(ReadAll(), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
   EXPECT_THAT(ReadAll({.read_right = false, .read_ahead = 1}),
               ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
   EXPECT_TRUE(warnings_.entries().empty());
 }
 
-TEST_F(StereoReaderTest, LeavesOutWhatCannotBeReadAndCountsIt) {
+TEST_F(RecordedPairs, LeavesOutWhatCannotBeReadAndCountsIt) {
   fs::remove(Image(0, 1));
   fs::resize_file(Image(1, 3), fs::file_size(Image(1, 3)) / 2);
   cv::imwrite(Image(0, 5), cv::Mat(64, 95, CV_8U, cv::Scalar(7)));
@@ -76,37 +76,37 @@ TEST_F(StereoReaderTest, LeavesOutWhatCannotBeReadAndCountsIt) {
   EXPECT_EQ(warnings_.Count(kImageUndecodable), 2);
 }
 
-TEST_F(StereoReaderTest, GivesNoRightImageWhosePixelsAreDamaged) {
+TEST_F(RecordedPairs, GivesNoRightImageWhosePixelsAreDamaged) {
   std::string damaged = testing::ReadText(Image(1, 0));
   damaged[damaged.size() / 2] ^= 0x55;
   std::ofstream(Image(1, 0), std::ios::binary) << damaged;
   const Sequence sequence = OpenSequence(folder_.Path());
-  StereoReader reader(sequence);
-  const auto pair = reader.Next();
+  RecordedSource reader(sequence);
+  const auto pair = reader.NextPair();
   ASSERT_TRUE(pair.has_value());
   EXPECT_TRUE(pair->decode_right().empty());
 }
 
-TEST_F(StereoReaderTest, PassesOverPairsBeforeAStamp) {
+TEST_F(RecordedPairs, PassesOverPairsBeforeAStamp) {
   fs::remove(Image(0, 3));
   fs::remove(Image(0, 8));
   const Sequence sequence = OpenSequence(folder_.Path());
   for (const int read_ahead : {1, 20}) {
-    StereoReader reader(sequence, {.read_ahead = read_ahead});
-    EXPECT_EQ(reader.Next()->stamp_ns, testing::ImageStamp(0));
-    EXPECT_EQ(reader.Next(testing::ImageStamp(5))->stamp_ns, testing::ImageStamp(5));
-    EXPECT_EQ(reader.Next()->stamp_ns, testing::ImageStamp(6));
-    EXPECT_EQ(reader.Next(testing::ImageStamp(8))->stamp_ns, testing::ImageStamp(9));
+    RecordedSource reader(sequence, {.read_ahead = read_ahead});
+    EXPECT_EQ(reader.NextPair()->stamp_ns, testing::ImageStamp(0));
+    EXPECT_EQ(reader.NextPair(testing::ImageStamp(5))->stamp_ns, testing::ImageStamp(5));
+    EXPECT_EQ(reader.NextPair()->stamp_ns, testing::ImageStamp(6));
+    EXPECT_EQ(reader.NextPair(testing::ImageStamp(8))->stamp_ns, testing::ImageStamp(9));
     EXPECT_EQ(reader.warnings().Count(kImageMissing), 1);
-    EXPECT_FALSE(reader.Next(testing::ImageStamp(12)).has_value());
-    EXPECT_FALSE(reader.Next().has_value());
+    EXPECT_FALSE(reader.NextPair(testing::ImageStamp(12)).has_value());
+    EXPECT_FALSE(reader.NextPair().has_value());
   }
 }
 
-TEST_F(StereoReaderTest, EndsCleanlyHalfWay) {
+TEST_F(RecordedPairs, EndsCleanlyHalfWay) {
   const Sequence sequence = OpenSequence(folder_.Path());
-  StereoReader reader(sequence, {.read_ahead = 2});
-  EXPECT_TRUE(reader.Next().has_value());
+  RecordedSource reader(sequence, {.read_ahead = 2});
+  EXPECT_TRUE(reader.NextPair().has_value());
 }
 
 constexpr int64_t kMs = 1'000'000, kFirst_ns = 1'403'636'580'000'000'000;

@@ -1,4 +1,4 @@
-#include "data/source/asl_source.h"
+#include "data/source/recorded_source.h"
 
 #include <algorithm>
 #include <condition_variable>
@@ -48,12 +48,13 @@ Item ReadItem(const StereoEntry& entry, const Sequence& sequence, bool read_righ
 
 }  // namespace
 
-class StereoReader::Impl {
+// Reads ahead in a thread.
+class RecordedSource::Reader {
  public:
-  Impl(const Sequence& sequence, const StereoReaderOptions& options)
+  Reader(const Sequence& sequence, const RecordedSourceOptions& options)
       : sequence_(sequence), options_(options), thread_([this] { ReadAhead(); }) {}
 
-  ~Impl() {
+  ~Reader() {
     {
       const std::lock_guard lock(mutex_);
       stop_ = true;
@@ -107,7 +108,7 @@ class StereoReader::Impl {
   }
 
   const Sequence& sequence_;
-  const StereoReaderOptions options_;
+  const RecordedSourceOptions options_;
   Warnings warnings_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
@@ -117,13 +118,7 @@ class StereoReader::Impl {
   std::thread thread_;  // last, so that it starts when all else is there
 };
 
-StereoReader::StereoReader(const Sequence& sequence, const StereoReaderOptions& options)
-    : impl_(std::make_unique<Impl>(sequence, options)) {}
-StereoReader::~StereoReader() = default;
-std::optional<ReadPair> StereoReader::Next(int64_t from_ns) { return impl_->Next(from_ns); }
-const Warnings& StereoReader::warnings() const { return impl_->warnings(); }
-
-AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
+RecordedSource::RecordedSource(Sequence sequence, const RecordedSourceOptions& options)
     : sequence_(std::move(sequence)), options_(options), info_{sequence_.folder,
                                                                sequence_.form,
                                                                sequence_.rig,
@@ -135,52 +130,54 @@ AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
   info_.cameras = sequence_.CameraNames();
 }
 
-std::optional<ReadPair> AslSource::NextPair(int64_t from_ns) {
-  if (!reader_) reader_ = std::make_unique<StereoReader>(sequence_, options_);
+RecordedSource::~RecordedSource() = default;
+
+std::optional<ReadPair> RecordedSource::NextPair(int64_t from_ns) {
+  if (!reader_) reader_ = std::make_unique<Reader>(sequence_, options_);
   return reader_->Next(from_ns);
 }
 
-std::optional<ImuSample> AslSource::NextImu() {
+std::optional<ImuSample> RecordedSource::NextImu() {
   if (next_imu_ == sequence_.imu.size()) return std::nullopt;
   return sequence_.imu[next_imu_++];
 }
 
-Warnings AslSource::warnings() const {
+Warnings RecordedSource::warnings() const {
   Warnings all = sequence_.warnings;
   if (reader_) all.Merge(reader_->warnings());
   return all;
 }
 
-Trajectory AslSource::ReadTruth() const {
+Trajectory RecordedSource::ReadTruth() const {
   return sequence_.truth_path.empty() ? Trajectory() : ReadTrajectory(sequence_.truth_path);
 }
 
-cv::Size AslSource::GetSize(int camera) const {
+cv::Size RecordedSource::GetSize(int camera) const {
   return {sequence_.rig.cameras[camera].width_px, sequence_.rig.cameras[camera].height_px};
 }
 
-ImageRead AslSource::ReadImage(size_t pair, int camera) const {
+ImageRead RecordedSource::ReadImage(size_t pair, int camera) const {
   return ReadGrayImage(*sequence_.store, ImagePlace(pair, camera), GetSize(camera),
                        sequence_.pixel_forms[camera]);
 }
 
-const char* AslSource::FindProblem(size_t pair, int camera) const {
+const char* RecordedSource::FindProblem(size_t pair, int camera) const {
   return sequence_.store->FindProblem(ImagePlace(pair, camera), GetSize(camera));
 }
 
-bool AslSource::IsRepeated(size_t pair, int camera) const {
+bool RecordedSource::IsRepeated(size_t pair, int camera) const {
   return sequence_.store->IsSame(ImagePlace(pair - 1, camera), ImagePlace(pair, camera));
 }
 
-std::string AslSource::ImagePlace(size_t pair, int camera) const {
+std::string RecordedSource::ImagePlace(size_t pair, int camera) const {
   const StereoEntry& entry = sequence_.images[pair];
   return camera == 0 ? entry.left_path : entry.right_path;
 }
 
 std::unique_ptr<SequenceSource> OpenSource(const std::string& path, const SequenceOptions& options,
                                            bool read_right) {
-  return std::make_unique<AslSource>(OpenSequence(path, options),
-                                     StereoReaderOptions{.read_right = read_right});
+  return std::make_unique<RecordedSource>(OpenSequence(path, options),
+                                          RecordedSourceOptions{.read_right = read_right});
 }
 
 std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
@@ -213,8 +210,8 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
     recording.rig.cameras = rig.cameras;
     recording.rig.T_imu_camera = rig.T_imu_camera;
   }
-  return std::make_unique<AslSource>(std::move(recording),
-                                     StereoReaderOptions{.read_right = read_right});
+  return std::make_unique<RecordedSource>(std::move(recording),
+                                          RecordedSourceOptions{.read_right = read_right});
 }
 
 }  // namespace slcmap::data

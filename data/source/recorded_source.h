@@ -11,43 +11,25 @@
 
 namespace slcmap::inline data {
 
-struct StereoReaderOptions {
+struct RecordedSourceOptions {
   bool read_right = true;  // false leaves the right images unread
   int read_ahead = 8;      // pairs decoded and waiting, at most
 };
 
-class StereoReader {
+class RecordedSource : public SequenceSource {
  public:
-  // `sequence` must outlive the reader.
-  explicit StereoReader(const Sequence& sequence, const StereoReaderOptions& options = {});
-  ~StereoReader();
-
-  // The next pair that can be read, in the order of the stamps; nothing at the end. Pairs with an
-  // image that is missing, truncated, undecodable or of another size than calibrated are left out
-  // and counted; of a right PNG, only its header is decoded to tell. Pairs with stamps before
-  // from_ns are passed over, without decoding (nor counting) those that were not read ahead yet.
-  std::optional<ReadPair> Next(int64_t from_ns = std::numeric_limits<int64_t>::min());
-
-  // What was left out before the pair given last; where none were passed over, the same whatever
-  // the threads' timing.
-  const Warnings& warnings() const;
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-// A sequence as a source.
-
-class AslSource : public SequenceSource {
- public:
-  explicit AslSource(Sequence sequence, const StereoReaderOptions& options = {});
+  explicit RecordedSource(Sequence sequence, const RecordedSourceOptions& options = {});
+  ~RecordedSource() override;
 
   const SourceInfo& info() const override { return info_; }
   void SetMasks(const std::array<cv::Mat, 2>& masks) override { info_.rig.masks = masks; }
-  // Reads ahead in a thread.
-  std::optional<ReadPair> NextPair(int64_t from_ns) override;
+  // Pairs with an image that is missing, truncated, undecodable or of another size than calibrated
+  // are left out and counted; of a right PNG, only its header is decoded to tell. Those before
+  // from_ns are not decoded (nor counted) where they were not read ahead yet.
+  std::optional<ReadPair> NextPair(int64_t from_ns = std::numeric_limits<int64_t>::min()) override;
   std::optional<ImuSample> NextImu() override;
+  // Of the pairs before the one given last; where none were passed over, the same whatever the
+  // threads' timing.
   Warnings warnings() const override;
   Trajectory ReadTruth() const override;
 
@@ -57,12 +39,14 @@ class AslSource : public SequenceSource {
   std::string ImagePlace(size_t pair, int camera) const override;
 
  private:
+  class Reader;
+
   cv::Size GetSize(int camera) const;
 
   const Sequence sequence_;
-  const StereoReaderOptions options_;
+  const RecordedSourceOptions options_;
   SourceInfo info_;
-  std::unique_ptr<StereoReader> reader_;  // once a pair was asked for
+  std::unique_ptr<Reader> reader_;  // once a pair was asked for
   size_t next_imu_ = 0;
 };
 
