@@ -223,7 +223,7 @@ class MapPlacer {
                   at, 3);
   }
 
-  std::string NamesOf(const std::array<const AlignedPair*, 3>& pairs) const {
+  std::string JoinNames(const std::array<const AlignedPair*, 3>& pairs) const {
     std::set<std::size_t> maps;
     for (const AlignedPair* pair : pairs) maps.insert({pair->first, pair->second});
     std::vector<std::string> names;
@@ -266,7 +266,7 @@ class MapPlacer {
         suspects_.insert(pair);
         against_[pair] =
             fmt::format("found the pairs of {} not to agree on one place; expected three that do",
-                        NamesOf(three));
+                        JoinNames(three));
       }
     }
   }
