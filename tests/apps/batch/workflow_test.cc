@@ -27,7 +27,7 @@ using ::testing::SizeIs;
 using testing::TempFolder;
 
 SiteRecording Recording(const std::string& name, const std::string& storey) {
-  return {name, "/walks/" + name, "", {}, "A", storey, ""};
+  return {name, "/walks/" + name, {}, "A", storey, ""};
 }
 
 Site SiteOf(int count) {

@@ -89,7 +89,7 @@ TEST_F(NamesTest, ThoseWithoutAPlaceAreCountedAndTheOthersStay) {
 
 TEST_F(NamesTest, PlacesAreInTheGridOfPosesAndInAReferenceSystem) {
   MapResult map = MakeMap();
-  map.source.world_offset_m = {451200, 5411300, 312};
+  map.source.georeference = Georeference{.crs = "", .origin_m = {451200, 5411300, 312}};
   EXPECT_EQ(ApplyNames(Read("rooms:\n  - {name: A, at: [451202, 5411301, 313]}\n"), &map), 0);
   EXPECT_EQ(map.building.rooms[0].name, "A");
   map.source.georeference = Georeference{"EPSG:25832", {451000, 5411000, 300}, M_PI / 2, 0.9996};
