@@ -268,7 +268,7 @@ double ThicknessBeyond_m(double thickness_m, double with_true_poses_m) {
 
 SurveySummary Summarize(const Survey& survey, const Survey* truth) {
   SurveySummary summary;
-  for (const double length_m : kStraightedges_m) {
+  for (const double length_m : kSurveyStraightedges_m) {
     summary.gaps.push_back(SummarizeGaps(survey, length_m));
   }
   std::vector<double> leans_m, bounds_m, angles_deg;

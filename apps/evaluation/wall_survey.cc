@@ -223,7 +223,7 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
   result.profile = ProfileMaker(face).Make(wall.points);
   result.sigma_m = ComputeSigma(result.profile);
-  for (const double length_m : kStraightedges_m) {
+  for (const double length_m : kSurveyStraightedges_m) {
     const auto gap_m = GapUnder_m(result.profile, length_m, kStep_m);
     if (gap_m) result.gaps.push_back({length_m, *gap_m});
   }

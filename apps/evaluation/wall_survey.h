@@ -14,7 +14,7 @@ namespace slcmap::inline evaluation {
 
 inline constexpr double kSurveyStorey_m = 2.75;  // that verticality is told for
 
-inline constexpr std::array kStraightedges_m = {1.0, 4.0, 10.0, 15.0};
+inline constexpr std::array kSurveyStraightedges_m = {1.0, 4.0, 10.0, 15.0};
 
 // What is measured of a wall: one face of it.
 struct SurveyedPoints {

@@ -95,7 +95,7 @@ double MeanSquareRoot(double squares, double weights) {
 std::vector<StraightedgeFigures> Summarize(
     const std::vector<std::vector<LaidStraightedge>>& pieces) {
   std::vector<StraightedgeFigures> figures;
-  for (const double length_m : kStraightedges_m) {
+  for (const double length_m : kMapStraightedges_m) {
     StraightedgeFigures all;
     all.length_m = length_m;
     double squares = 0;
