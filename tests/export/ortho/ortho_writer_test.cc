@@ -57,14 +57,6 @@ class WallWalk {
     camera_.cy_px = 239.5;
     camera_.distortion = Distortion::kRadialTangential;
     camera_.coefficients << -0.28, 0.07, 2e-4, 2e-5;
-    for (int y = 0; y < camera_.height_px; ++y) {
-      for (int x = 0; x < camera_.width_px; ++x) {
-        for (int i = 0; i < kFine * kFine; ++i) {
-          const Eigen::Vector2d px(x - 0.25 + 0.5 * (i % kFine), y - 0.25 + 0.5 * (i / kFine));
-          rays_.push_back(camera_.Unproject(px).value_or(Eigen::Vector3d::UnitZ()));
-        }
-      }
-    }
   }
 
   Rig RectifiedRig() const {
@@ -101,7 +93,15 @@ class WallWalk {
     return grey;
   }
 
-  void Write(const testing::TempFolder& folder) const {
+  void Write(const testing::TempFolder& folder) {
+    for (int y = 0; y < camera_.height_px; ++y) {
+      for (int x = 0; x < camera_.width_px; ++x) {
+        for (int i = 0; i < kFine * kFine; ++i) {
+          const Eigen::Vector2d px(x - 0.25 + 0.5 * (i % kFine), y - 0.25 + 0.5 * (i / kFine));
+          rays_.push_back(camera_.Unproject(px).value_or(Eigen::Vector3d::UnitZ()));
+        }
+      }
+    }
     std::string rows = "#timestamp [ns],filename\n";
     for (int i = 0; i < kImages; ++i) {
       rows += fmt::format("{0},{0}.png\n", testing::ImageStamp(i));

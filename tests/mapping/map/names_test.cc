@@ -19,7 +19,7 @@ constexpr char kAllNames[] =
     "rooms:\n"
     "  - {name: \"K\\u00fcche \\\"1\\\"\", at: [2, 1.5, 1]}\n"
     "  - {name: Lab, id: 1}\n"
-    "doors:\n  - {name: D-01, at: [2.55, 3, 1]}\n  - {name: W-07, wall: 2, opening: 0}\n";
+    "doors:\n  - {name: D-01, at: [2.55, 0, 1]}\n  - {name: W-07, wall: 2, opening: 0}\n";
 
 class NamesTest : public ::testing::Test {
  protected:
