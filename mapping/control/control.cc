@@ -177,7 +177,9 @@ Rig AddTags(const ControlRecording& recording, const Progress& progress, Control
 double FindGridScale(const Control& control) {
   if (control.crs.empty() || control.points.empty()) return 1;
   const Vector3d p_m = MeanPoint(control);
-  const CoordinateSystem system(control.crs, Eigen::Vector2d(p_m.y(), p_m.x()));
+  std::optional<Eigen::Vector2d> degrees;
+  if (std::abs(p_m.x()) <= 180 && std::abs(p_m.y()) <= 90) degrees.emplace(p_m.y(), p_m.x());
+  const CoordinateSystem system(control.crs, degrees);
   if (const auto place = system.At(p_m)) return place->scale;
   const bool is_swapped = system.At({p_m.y(), p_m.x(), p_m.z()}).has_value();
   throw DataError(

@@ -64,10 +64,10 @@ TEST_F(GeoreferenceCommand, AMapIsPlacedOnItsTags) {
   ASSERT_EQ(mapped_->exit_code, 0) << mapped_->error;
   EXPECT_THAT(mapped_->error, HasSubstr("4 of 4 control points place the map"));
   const MapResult map = ReadMapFolder(Path("map"));
-  EXPECT_LT(map.control->rms_m, 0.005);
+  EXPECT_LT(map.control->rms_m, 0.03);  // images are small and far: known to 5 cm
   // Of poses that are true the world is that of the scene, turned along its walls.
   const Eigen::Vector3d corner_m = *map.source.georeference * map.source.T_world_run.translation;
-  EXPECT_LT((corner_m - Eigen::Vector3d(691604.2, 5334750.6, 515.3)).norm(), 0.02);
+  EXPECT_LT((corner_m - Eigen::Vector3d(691604.2, 5334750.6, 515.3)).norm(), 0.1);
 }
 
 TEST_F(GeoreferenceCommand, PlacesAMapThatIsThere) {
@@ -84,14 +84,17 @@ TEST_F(GeoreferenceCommand, RefusesWhatCannotBe) {
   const std::string header = "name,easting_m,northing_m,height_m,sigma_m";
   const std::string swapped = folder_->Write(
       "swapped.csv", "name,northing_m,easting_m,height_m,sigma_m" + control.substr(header.size()));
-  ExpectError(Georeference("-q --control " + swapped), 1, "swap the columns");
+  const ProcessResult of_a_grid = Georeference("--control " + swapped);
+  EXPECT_EQ(of_a_grid.exit_code, 1);
+  EXPECT_THAT(of_a_grid.error, HasSubstr("swap the columns"));
   ExpectError(Georeference("-q --control " + swapped + " --crs EPSG:25832"), 1, "swap the columns");
   ExpectError(Georeference("-q --control " + Path("seq/truth/control.csv") + " --crs EPSG:4326"), 2,
               "degrees");
   ExpectError(Georeference("-q"), 2, "expected --control or --distance");
-  ExpectError(
-      Georeference("-q --control " + folder_->Write("none.csv", "name,x,y,z\ntag36h11:77,1,2,3\n")),
-      1, "found 0 of 1 control points");
+  const ProcessResult of_none =
+      Georeference("--control " + folder_->Write("none.csv", "name,x,y,z\ntag36h11:77,1,2,3\n"));
+  EXPECT_EQ(of_none.exit_code, 1);
+  EXPECT_THAT(of_none.error, HasSubstr("found 0 of 1 control points"));
 }
 
 }  // namespace

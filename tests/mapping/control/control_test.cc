@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "mapping/control/triangulation.h"
