@@ -31,7 +31,8 @@ after(async () => {
 });
 
 async function newPage(url) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 700 } });
+  const offline = url.startsWith('file:');
+  const context = await browser.newContext({ offline, viewport: { width: 1000, height: 700 } });
   const page = await context.newPage();
   page.setDefaultTimeout(0);
   Object.assign(page, { said: [], requested: [] });
