@@ -9,6 +9,7 @@ import {
   formatSigma,
   formatTime,
 } from './format.js';
+import { rowsInGrid } from './grid.js';
 import { titleOfRoom, titleOfStorey } from './names.js';
 import { AXES, KINDS } from './theme.js';
 
@@ -40,17 +41,8 @@ export class Describer {
     }[pick.type]();
   }
 
-  // Where a point is in the grid that the map lies in.
   inGrid(point) {
-    const place = this.document.georeference;
-    if (!place || !point) return [];
-    const [x, y, z] = this.toWorld(point);
-    const [east, north, height] = place.origin_m;
-    const along = place.scale * Math.cos(place.turn_rad);
-    const across = place.scale * Math.sin(place.turn_rad);
-    const found = [east + along * x - across * y, north + across * x + along * y, height + z];
-    const name = place.crs || 'Its grid';
-    return [[`${name} (E, N, height)`, `${found.map((value) => value.toFixed(3)).join(', ')} m`]];
+    return point ? rowsInGrid(this.document.georeference, this.toWorld(point)) : [];
   }
 
   toWorld(point) {

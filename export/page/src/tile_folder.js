@@ -1,6 +1,7 @@
 // A folder that the user picks, in place of a server: its files by their addresses.
 
-const BASE = 'https://folder.invalid/'; // no request ever leaves for it
+// No request ever leaves for it. A folder's name, as paths are put behind it with a slash.
+const BASE = 'https://folder.invalid/picked/';
 
 // The files of an input of a folder, by their paths in it.
 export function filesByPath(list) {
@@ -23,7 +24,7 @@ export function tilesetsIn(files) {
 // As fetch(), from the files.
 export function fetcherOf(files) {
   return async (url) => {
-    const path = decodeURIComponent(new URL(url).pathname.slice(1));
+    const path = decodeURIComponent(new URL(url).href.slice(BASE.length));
     const file = files.get(path);
     if (!file) throw new Error(`${path}: not in the folder`);
     return new Response(file);

@@ -2,8 +2,10 @@
 import { Box3, Raycaster, Vector2, Vector3 } from 'three';
 import { byId, choiceRow, element } from './dom.js';
 import { formatLength } from './format.js';
+import { rowsInGrid } from './grid.js';
 import { Labels } from './labels.js';
 import { LineHighlight } from './lines.js';
+import { rowTable } from './measure.js';
 import { group, toggle } from './panel.js';
 import { Section } from './section.js';
 import { fetcherOf, filesByPath, tilesetsIn } from './tile_folder.js';
@@ -41,6 +43,7 @@ export class TilesApp {
     this.distance = this.labels.add(new Vector3(), () => this.picks.length === 2, { class: 'distance' });
     this.view.onDetail = (detail) => this.tiles.update(detail);
     this.view.start(0);
+    this.view.fit(cornersOf(new Box3(new Vector3(-5, -5, 0), new Vector3(5, 5, 5)))); // until more is known
     this.setTheme(this.theme);
     this.listen();
   }
@@ -205,18 +208,31 @@ export class TilesApp {
     const prompts = ['Pick the first point', 'Now pick the second point', 'Pick another to measure anew'];
     byId('prompt').textContent = prompts[picks.length];
     const [from, to] = picks;
-    byId('card').hidden = picks.length < 2;
+    byId('card').hidden = picks.length === 0;
+    byId('card-title').textContent = to ? 'Between two points' : 'Point';
     this.between.show(to ? [...from, ...to] : []);
-    if (to) {
-      const apart = new Vector3().subVectors(to, from);
-      const text = formatLength(apart.length());
-      this.distance.position.addVectors(from, to).multiplyScalar(0.5);
-      this.distance.element.textContent = text;
-      byId('card-title').textContent = text;
-      const level = formatLength(Math.hypot(apart.x, apart.y));
-      byId('card-rows').textContent = `${level} horizontally, ${formatLength(Math.abs(apart.z))} in height`;
-    }
+    byId('card-rows').replaceChildren(rowTable([...this.rowsBetween(), ...this.rowsOfPlaces()]));
     this.view.invalidate();
+  }
+
+  rowsBetween() {
+    const [from, to] = this.picks;
+    if (!to) return [];
+    const apart = new Vector3().subVectors(to, from);
+    const text = formatLength(apart.length());
+    this.distance.position.addVectors(from, to).multiplyScalar(0.5);
+    this.distance.element.textContent = text;
+    return [
+      ['Distance', text],
+      ['Horizontally', formatLength(Math.hypot(apart.x, apart.y))],
+      ['In height', formatLength(Math.abs(apart.z))],
+    ];
+  }
+
+  // All that is drawn is in the frame of the first map.
+  rowsOfPlaces() {
+    const place = this.sets?.[0].extras?.georeference;
+    return this.picks.flatMap((point) => rowsInGrid(place, point.toArray()));
   }
 }
 
