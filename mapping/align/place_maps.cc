@@ -231,8 +231,30 @@ class MapPlacer {
     return fmt::format("{}", fmt::join(names, ", "));
   }
 
+  // The place of one map of a pair in the other.
+  static RigidTransform PlaceIn(const AlignedPair& pair, std::size_t map) {
+    const RigidTransform& T = pair.found->T_first_second;
+    return pair.second == map ? T : T.Inverse();
+  }
+
+  // Whether a third map has looked at where a pair has its second, and fits to that elsewhere.
+  bool IsRefuted(const AlignedPair& pair, const std::array<const AlignedPair*, 3>& three) const {
+    const auto with = [&](std::size_t map) {
+      return *std::ranges::find_if(three, [&](const AlignedPair* other) {
+        return other != &pair && (other->first == map || other->second == map);
+      });
+    };
+    const AlignedPair &to_first = *with(pair.first), &to_second = *with(pair.second);
+    const std::size_t third = to_first.first == pair.first ? to_first.second : to_first.first;
+    const IndexedMap &by = indexed_[third], &of = indexed_[pair.second];
+    const RigidTransform T_by_pair = PlaceIn(to_first, pair.first) * pair.found->T_first_second;
+    return by.ShareOfWalk(of, T_by_pair) > kSharedWalk &&
+           by.ShareOfWalk(of, PlaceIn(to_second, pair.second)) > kSharedWalk;
+  }
+
   // Of three pairs that do not close, those that close no other three: one that is worth much less
-  // than the others is wrong, else it cannot be told which is, and none is taken.
+  // than the others, or that alone is refuted by the third map, is wrong, else it cannot be told
+  // which is, and none is taken.
   void FindSuspects(const std::vector<const AlignedPair*>& found) {
     using Three = std::array<const AlignedPair*, 3>;
     std::map<std::pair<std::size_t, std::size_t>, const AlignedPair*> by_maps;
@@ -262,6 +284,10 @@ class MapPlacer {
           Support(*in_doubt[1]->found) >= kLeastMajority * Support(*in_doubt[0]->found)) {
         in_doubt.resize(1);
       }
+      std::vector<const AlignedPair*> refuted;
+      std::ranges::copy_if(in_doubt, std::back_inserter(refuted),
+                           [&](const AlignedPair* pair) { return IsRefuted(*pair, three); });
+      if (refuted.size() == 1) in_doubt = refuted;
       for (const AlignedPair* pair : in_doubt) {
         suspects_.insert(pair);
         against_[pair] =
