@@ -352,7 +352,8 @@ class MapPlacer {
     const AlignedPair* worst = nullptr;
     for (const AlignedPair& other : pairs_) {
       const std::size_t a = placed_[other.first].group, b = placed_[other.second].group;
-      if (std::minmax(a, b) != std::minmax(first, second)) continue;
+      const bool is_between = std::minmax(a, b) == std::minmax(first, second);
+      if (!is_between || suspects_.contains(&other)) continue;
       const RigidTransform T_of_groups = a == first ? T : T.Inverse();
       if (!other.found) {
         if (!ShouldFit(other, T_of_groups)) continue;
