@@ -450,15 +450,21 @@ class MapPlacer {
     const std::vector<RigidTransform> places = ListPlaces(doubt, map);
     for (const AlignedPair& tie : pairs_) {
       if (std::minmax(tie.first, tie.second) != std::minmax(other, third)) continue;
-      if (!tie.places.empty()) return true;
-      if (!tie.found) continue;
-      const RigidTransform T_third_other =
-          tie.second == other ? tie.found->T_first_second : tie.found->T_first_second.Inverse();
+      // Where the third map has the other one.
+      std::vector<RigidTransform> of_other = ListPlaces(tie, other);
+      if (tie.found) of_other.push_back(PlaceIn(tie, other));
+      std::size_t alike = 0, hidden = 0;
       for (const RigidTransform& T_third_map : places) {
-        const RigidTransform T = T_third_other.Inverse() * T_third_map;
-        const bool is_this = (T.translation - T_other_map.translation).norm() < kSameTwin_m;
-        if (!is_this && indexed_[other].ShareOfWalk(indexed_[map], T) < kSharedWalk) return true;
+        const bool is_alike = std::ranges::any_of(of_other, [&](const RigidTransform& T) {
+          const RigidTransform T_by_pair = T * T_other_map;
+          return (T_by_pair.translation - T_third_map.translation).norm() < kSameTwin_m;
+        });
+        alike += is_alike ? 1 : 0;
+        if (is_alike || !tie.found) continue;
+        const RigidTransform T = of_other.front().Inverse() * T_third_map;
+        hidden += indexed_[other].ShareOfWalk(indexed_[map], T) < kSharedWalk ? 1 : 0;
       }
+      if (alike > 1 || (alike == 1 && hidden > 0)) return true;
     }
     return false;
   }
