@@ -231,8 +231,30 @@ class MapPlacer {
     return fmt::format("{}", fmt::join(names, ", "));
   }
 
+  // The place of one map of a pair in the other.
+  static RigidTransform PlaceIn(const AlignedPair& pair, std::size_t map) {
+    const RigidTransform& T = pair.found->T_first_second;
+    return pair.second == map ? T : T.Inverse();
+  }
+
+  // Whether a third map has looked at where a pair has its second, and fits to that elsewhere.
+  bool IsRefuted(const AlignedPair& pair, const std::array<const AlignedPair*, 3>& three) const {
+    const auto with = [&](std::size_t map) {
+      return *std::ranges::find_if(three, [&](const AlignedPair* other) {
+        return other != &pair && (other->first == map || other->second == map);
+      });
+    };
+    const AlignedPair &to_first = *with(pair.first), &to_second = *with(pair.second);
+    const std::size_t third = to_first.first == pair.first ? to_first.second : to_first.first;
+    const IndexedMap &by = indexed_[third], &of = indexed_[pair.second];
+    const RigidTransform T_by_pair = PlaceIn(to_first, pair.first) * pair.found->T_first_second;
+    return by.ShareOfWalk(of, T_by_pair) > kSharedWalk &&
+           by.ShareOfWalk(of, PlaceIn(to_second, pair.second)) > kSharedWalk;
+  }
+
   // Of three pairs that do not close, those that close no other three: one that is worth much less
-  // than the others is wrong, else it cannot be told which is, and none is taken.
+  // than the others, or that alone is refuted by the third map, is wrong, else it cannot be told
+  // which is, and none is taken.
   void FindSuspects(const std::vector<const AlignedPair*>& found) {
     using Three = std::array<const AlignedPair*, 3>;
     std::map<std::pair<std::size_t, std::size_t>, const AlignedPair*> by_maps;
@@ -262,6 +284,10 @@ class MapPlacer {
           Support(*in_doubt[1]->found) >= kLeastMajority * Support(*in_doubt[0]->found)) {
         in_doubt.resize(1);
       }
+      std::vector<const AlignedPair*> refuted;
+      std::ranges::copy_if(in_doubt, std::back_inserter(refuted),
+                           [&](const AlignedPair* pair) { return IsRefuted(*pair, three); });
+      if (refuted.size() == 1) in_doubt = refuted;
       for (const AlignedPair* pair : in_doubt) {
         suspects_.insert(pair);
         against_[pair] =
@@ -326,7 +352,8 @@ class MapPlacer {
     const AlignedPair* worst = nullptr;
     for (const AlignedPair& other : pairs_) {
       const std::size_t a = placed_[other.first].group, b = placed_[other.second].group;
-      if (std::minmax(a, b) != std::minmax(first, second)) continue;
+      const bool is_between = std::minmax(a, b) == std::minmax(first, second);
+      if (!is_between || suspects_.contains(&other)) continue;
       const RigidTransform T_of_groups = a == first ? T : T.Inverse();
       if (!other.found) {
         if (!ShouldFit(other, T_of_groups)) continue;
@@ -423,15 +450,21 @@ class MapPlacer {
     const std::vector<RigidTransform> places = ListPlaces(doubt, map);
     for (const AlignedPair& tie : pairs_) {
       if (std::minmax(tie.first, tie.second) != std::minmax(other, third)) continue;
-      if (!tie.places.empty()) return true;
-      if (!tie.found) continue;
-      const RigidTransform T_third_other =
-          tie.second == other ? tie.found->T_first_second : tie.found->T_first_second.Inverse();
+      // Where the third map has the other one.
+      std::vector<RigidTransform> of_other = ListPlaces(tie, other);
+      if (tie.found) of_other.push_back(PlaceIn(tie, other));
+      std::size_t alike = 0, hidden = 0;
       for (const RigidTransform& T_third_map : places) {
-        const RigidTransform T = T_third_other.Inverse() * T_third_map;
-        const bool is_this = (T.translation - T_other_map.translation).norm() < kSameTwin_m;
-        if (!is_this && indexed_[other].ShareOfWalk(indexed_[map], T) < kSharedWalk) return true;
+        const bool is_alike = std::ranges::any_of(of_other, [&](const RigidTransform& T) {
+          const RigidTransform T_by_pair = T * T_other_map;
+          return (T_by_pair.translation - T_third_map.translation).norm() < kSameTwin_m;
+        });
+        alike += is_alike ? 1 : 0;
+        if (is_alike || !tie.found) continue;
+        const RigidTransform T = of_other.front().Inverse() * T_third_map;
+        hidden += indexed_[other].ShareOfWalk(indexed_[map], T) < kSharedWalk ? 1 : 0;
       }
+      if (alike > 1 || (alike == 1 && hidden > 0)) return true;
     }
     return false;
   }

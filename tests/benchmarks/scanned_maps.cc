@@ -82,7 +82,7 @@ int Write(int count, const std::string& folder) {
   return 0;
 }
 
-int Compare(const std::string& folder) {
+int CompareWithTruth(const std::string& folder) {
   const MapSource source = MapSourceIn(folder);
   double sum_m = 0, most_m = 0;
   const RigidTransform T_world_scene = WorldOfMap(std::atoi(source.run_id.c_str() + 3));
@@ -104,6 +104,6 @@ int Compare(const std::string& folder) {
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  if (std::string(argv[1]) == "TRUTH") return slcmap::Compare(argv[2]);
+  if (std::string(argv[1]) == "TRUTH") return slcmap::CompareWithTruth(argv[2]);
   return slcmap::Write(std::atoi(argv[1]), argv[2]);
 }
