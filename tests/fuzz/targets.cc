@@ -288,36 +288,36 @@ std::vector<Target> DataTargets() {
   const auto warnings = std::make_shared<Warnings>();  // nobody looks at them
   const auto rigs = [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/rigs"); };
   const auto scenes = [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/scenes"); };
-  return {OfFile("options", "options.yaml", NoSeeds,
-                 {[](const auto& path) { OdometryOptions::FromYaml(path).Check(); },
-                  [](const auto& path) { MappingOptions::FromYaml(path).Check(); }}),
-          OfFile("kalibr_calibration", "camchain.yaml", rigs,
-                 {[=](const auto& path) { ReadKalibrCalibration(path, path, warnings.get()); },
-                  [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
-          OfFile("other_calibration", "calibration.yaml", OtherCalibrations,
-                 {[=](const auto& path) { ReadRigParts({path}, Mirrored::kRefused, warnings.get()); },
-                  [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
-          OfFile("profile", "profile.yaml",
-                 [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/profiles"); },
-                 {[](const auto& path) { ReadProfile(path); }}),
-          {"asl_calibration", NoSeeds, ReadAsEverySensor},
-          OfFile("asl_tables", "cam0/data.csv", NoSeeds,
-                 {[=](const auto& path) {
-                    ReadAslImages(fs::path(path).parent_path(), warnings.get());
-                  },
-                  [=](const auto& path) { ReadAslImu(path, warnings.get()); }}),
-          OfFile("trajectory", "trajectory.txt", NoSeeds,
-                 {[](const auto& path) { ReadTrajectory(path); },
-                  [](const auto& path) { ReadTumTrajectory(path); }}),
-          OfFile("image", "image", Images,
-                 {[](const auto& path) {
-                    ReadGrayImage(path, {16, 12});
-                  },
-                  ReadDeferred}),
-          OfFile("ply", "lines.ply", NoSeeds,
-                 {[](const auto& path) { Positions(ReadPly(path).Get("vertex", path), path); },
-                  [](const auto& path) { ReadMapLines(path); }}),
-          OfFile("scene", "scene.yaml", scenes, {[](const auto& path) { ReadScene(path); }})};
+  return {
+      OfFile("options", "options.yaml", NoSeeds,
+             {[](const auto& path) { OdometryOptions::FromYaml(path).Check(); },
+              [](const auto& path) { MappingOptions::FromYaml(path).Check(); }}),
+      OfFile("kalibr_calibration", "camchain.yaml", rigs,
+             {[=](const auto& path) { ReadKalibrCalibration(path, path, warnings.get()); },
+              [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
+      OfFile("other_calibration", "calibration.yaml", OtherCalibrations,
+             {[=](const auto& path) { ReadRigParts({path}, Mirrored::kRefused, warnings.get()); },
+              [=](const auto& path) { ReadCalibration(path, warnings.get()); }}),
+      OfFile("profile", "profile.yaml",
+             [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/profiles"); },
+             {[](const auto& path) { ReadProfile(path); }}),
+      {"asl_calibration", NoSeeds, ReadAsEverySensor},
+      OfFile(
+          "asl_tables", "cam0/data.csv", NoSeeds,
+          {[=](const auto& path) { ReadAslImages(fs::path(path).parent_path(), warnings.get()); },
+           [=](const auto& path) { ReadAslImu(path, warnings.get()); }}),
+      OfFile("trajectory", "trajectory.txt", NoSeeds,
+             {[](const auto& path) { ReadTrajectory(path); },
+              [](const auto& path) { ReadTumTrajectory(path); }}),
+      OfFile("image", "image", Images,
+             {[](const auto& path) {
+                ReadGrayImage(path, {16, 12});
+              },
+              ReadDeferred}),
+      OfFile("ply", "lines.ply", NoSeeds,
+             {[](const auto& path) { Positions(ReadPly(path).Get("vertex", path), path); },
+              [](const auto& path) { ReadMapLines(path); }}),
+      OfFile("scene", "scene.yaml", scenes, {[](const auto& path) { ReadScene(path); }})};
 }
 
 }  // namespace
