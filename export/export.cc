@@ -182,8 +182,8 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
 
 std::vector<std::string> ExportFormats() {
   auto writers = MakeMapWriters({});
-  std::ranges::stable_partition(
-      writers, [](const auto& writer) { return writer->IsWrittenByDefault(); });
+  std::ranges::stable_partition(writers,
+                                [](const auto& writer) { return writer->IsWrittenByDefault(); });
   std::vector<std::string> formats;
   for (const auto& writer : writers) formats.push_back(writer->Format());
   return formats;

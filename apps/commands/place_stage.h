@@ -32,8 +32,8 @@ struct PlacedFolders {
 };
 
 // Places them by their indexes and by what pairs of them have in common; a few maps are held at
-// once. What aligning two maps gave is kept in the file `kept`, if it is not "". Maps that cannot be
-// merged, or with a run that is in one before, stay apart for that reason.
+// once. What aligning two maps gave is kept in the file `kept`, if it is not "". Maps that cannot
+// be merged, or with a run that is in one before, stay apart for that reason.
 PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
                            const std::string& kept, const Progress& progress);
 

@@ -105,7 +105,8 @@ class GonePlaces {
     constexpr int kPlacesOfLine = 20;
     int gone = 0;
     for (int i = 0; i < kPlacesOfLine; ++i) {
-      gone += Holds(line.start_world + (i + 0.5) / kPlacesOfLine * (line.end_world - line.start_world));
+      gone +=
+          Holds(line.start_world + (i + 0.5) / kPlacesOfLine * (line.end_world - line.start_world));
     }
     return gone >= kGoneShare * kPlacesOfLine;
   }

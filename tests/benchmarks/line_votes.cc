@@ -76,8 +76,8 @@ double ShareOnPipes(const std::vector<TruePipe>& pipes, const std::vector<MapLin
 
 void Print(const std::string& run_folder, const std::string& sequence) {
   const FoundLines found = FindLines(run_folder, sequence);
-  const TrajectoryMetrics trajectory = EvaluateTrajectory(
-      ReadTrajectory(sequence + "/truth/trajectory.tum"), found.keyframes, {});
+  const TrajectoryMetrics trajectory =
+      EvaluateTrajectory(ReadTrajectory(sequence + "/truth/trajectory.tum"), found.keyframes, {});
   const std::vector<MapLine> pieces = Aligned(trajectory.absolute.front().alignment, found.pieces);
   const TrueEdges truth = ReadTrueEdges(sequence + "/truth/edges.csv");
   const std::vector<TruePipe> pipes = ReadTruePipes(sequence + "/truth/pipes.csv");

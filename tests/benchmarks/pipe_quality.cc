@@ -39,8 +39,8 @@ void Measure(const std::string& folder, const std::string& sequence,
   const RecordedViews recorded = ViewsOfRun(run, {});
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   const PipeImages images{chosen.views, *chosen.images};
-  const TrajectoryMetrics trajectory = EvaluateTrajectory(
-      ReadTrajectory(sequence + "/truth/trajectory.tum"), map.trajectory, {});
+  const TrajectoryMetrics trajectory =
+      EvaluateTrajectory(ReadTrajectory(sequence + "/truth/trajectory.tum"), map.trajectory, {});
   const auto start = std::chrono::steady_clock::now();
   const FoundPipes found = FindPipes(map, options.pipes, &images);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;

@@ -49,7 +49,7 @@ class BatchJob : public ::testing::Test {
  protected:
   // A recording whose map is there.
   void AddMapped(const std::string& name, const std::string& storey, const MapResult& map) {
-    workflow_.site.recordings.push_back({name, "/walks/" + name, "", {}, "A", storey, ""});
+    workflow_.site.recordings.push_back({name, "/walks/" + name, {}, "A", storey, ""});
     WriteMapFolder(site_.Path("recordings/" + name + "/map"), map);
     WriteJobResult(site_.Path("recordings/" + name),
                    DoneWith("", {{"recordings/" + name + "/map", {name}}}));
@@ -125,7 +125,7 @@ TEST_F(BatchJob, AMergeTakesWhatIsThereAndNeedsSome) {
 }
 
 TEST_F(BatchJob, AMapThatWasBegunGoesOnBehindItsRunAndIsExported) {
-  workflow_.site.recordings = {{"w", "/walks/w", "", {}, "A", "", ""}};
+  workflow_.site.recordings = {{"w", "/walks/w", {}, "A", "", ""}};
   workflow_.site.exports = {"ply"};
   WriteRunFolder(site_.Path("recordings/w/run"), testing::MakeWallRun());
   JobResult begun = DoneWith("", {});
@@ -141,7 +141,7 @@ TEST_F(BatchJob, AMapThatWasBegunGoesOnBehindItsRunAndIsExported) {
 TEST_F(BatchJob, ARecordingThatFailsSaysWhyAndIsNoError) {
   const TempFolder walk;
   testing::WriteSequence(walk, {});
-  workflow_.site.recordings = {{"w", walk.Path(), "", {}, "A", "", ""}};
+  workflow_.site.recordings = {{"w", walk.Path(), {}, "A", "", ""}};
   EXPECT_EQ(Do("recordings/w").exit_code, 0);
   const JobResult result = Result("recordings/w");
   EXPECT_EQ(result.state, JobState::kFailed);

@@ -23,7 +23,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const Georeference kPlace{"EPSG:25832", {691607.25, 5334760.5, 515}, 0.7, 0.99997};
+const Georeference kGrid{"EPSG:25832", {691607.25, 5334760.5, 515}, 0.7, 0.99997};
 
 // Places before the wall that the made run looks at, with names of no tags.
 const std::vector<Vector3d> kPoints = {{10, -1.5, 0.2}, {10, 1.4, 0.3},  {10, 1.2, 1.8},
@@ -32,8 +32,8 @@ const std::vector<Vector3d> kPoints = {{10, -1.5, 0.2}, {10, 1.4, 0.3},  {10, 1.
 class ControlTest : public ::testing::Test {
  protected:
   ControlTest() {
-    const CoordinateSystem system(kPlace.crs);
-    place_.scale = system.At(kPlace.origin_m)->scale;
+    const CoordinateSystem system(kGrid.crs);
+    place_.scale = system.At(kGrid.origin_m)->scale;
     for (size_t i = 0; i < kPoints.size(); ++i) {
       const std::string name = "P" + std::to_string(i);
       control_.points.push_back({name, place_ * kPoints[i], Vector3d::Constant(0.005)});
@@ -55,16 +55,16 @@ class ControlTest : public ::testing::Test {
   void Place() { PlaceOnControl(control_, map_.rectified_rig, &map_); }
 
   MapResult map_ = MapRun(testing::MakeWallRun(), nullptr, {});
-  Georeference place_ = kPlace;
-  Control control_{.path = "control.csv", .crs = kPlace.crs};
+  Georeference place_ = kGrid;
+  Control control_{.path = "control.csv", .crs = kGrid.crs};
 };
 
 TEST_F(ControlTest, PlacesTheMapWhereItsPointsAre) {
   Place();
   const Georeference& found = *map_.source.georeference;
-  EXPECT_EQ(found.crs, kPlace.crs);
-  EXPECT_NEAR(found.turn_rad, kPlace.turn_rad, 1e-5);
-  EXPECT_LT((found.origin_m - kPlace.origin_m).norm(), 1e-4);
+  EXPECT_EQ(found.crs, kGrid.crs);
+  EXPECT_NEAR(found.turn_rad, kGrid.turn_rad, 1e-5);
+  EXPECT_LT((found.origin_m - kGrid.origin_m).norm(), 1e-4);
   EXPECT_LT(map_.control->rms_m, 1e-4);
   EXPECT_NEAR(map_.control->map_scale, 1, 1e-4);
   for (const ControlResidual& point : map_.control->points) {
@@ -145,7 +145,7 @@ TEST(Georeferences, OfEarlierMapsAreOffsets) {
 TEST(Georeferences, MoveWithTheFrame) {
   const RigidTransform T(ExpRotation({0, 0, 0.4}), {1, 2, 3});
   const Vector3d p(4, -5, 6);
-  EXPECT_LT((*MoveGeoreference(kPlace, T) * (T * p) - kPlace * p).norm(), 1e-8);
+  EXPECT_LT((*MoveGeoreference(kGrid, T) * (T * p) - kGrid * p).norm(), 1e-8);
   EXPECT_FALSE(MoveGeoreference(std::nullopt, T));
 }
 
