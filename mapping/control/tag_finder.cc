@@ -52,13 +52,15 @@ std::optional<Vector2d> FindMiddle(const Camera& camera, const Corners& corners)
 
 class TagFinder {
  public:
-  explicit TagFinder(int family) : dictionary_(cv::aruco::getPredefinedDictionary(family)) {}
+  explicit TagFinder(int family) : dictionary_(cv::aruco::getPredefinedDictionary(family)) {
+    options_->adaptiveThreshConstant = 3;  // of 7: walls beside windows are dark
+  }
 
   // By id; of one that is there twice the last.
   std::map<int, Vector2d> Find(const cv::Mat& image, const Camera& camera) const {
     std::vector<Corners> corners;
     std::vector<int> ids;
-    cv::aruco::detectMarkers(image, dictionary_, corners, ids);
+    cv::aruco::detectMarkers(image, dictionary_, corners, ids, options_);
     std::map<int, Vector2d> found;
     for (size_t i = 0; i < ids.size(); ++i) {
       Refine(image, dictionary_->markerSize + 2, &corners[i]);
@@ -69,6 +71,7 @@ class TagFinder {
 
  private:
   const cv::Ptr<cv::aruco::Dictionary> dictionary_;
+  const cv::Ptr<cv::aruco::DetectorParameters> options_ = cv::aruco::DetectorParameters::create();
 };
 
 // An image pair of the recording, and the map's stamp of it.
