@@ -55,8 +55,6 @@ constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, 
 constexpr double kAgreementUntil = 0.05, kVisibleUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kDenseStage[] = "dense", kLineStage[] = "lines";             // as they are kept
 constexpr char kImageUnreadable[] = "images_unreadable";
-constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
-constexpr size_t kLeastViewsOfRun = 10;
 
 void MarkPartial(const std::string& reason, MapResult* map) {
   map->complete = false;
@@ -73,46 +71,13 @@ const char* MissingAt(double share, bool has_images) {
   return share < kBuiltUntil ? "the building" : "filled planes and junctions";
 }
 
-// Poses by anyone may be of another recording, frame or unit, and a run's images may have changed
-// since.
-void WarnOfPoses(const std::string& found, bool are_given,
-                 std::map<std::string, int64_t>* warnings) {
-  ++(*warnings)[kPosesDisagree];
-  spdlog::warn("{}; expected agreement to {} px, and at least {:.0f} % of points: are {}?", found,
-               kMaxPoseError_px, 100 * kMinPointsFound,
-               are_given ? "the poses those of the IMU, in metres, with the images' stamps"
-                         : "the images those that the run was made of");
-}
-
 // What lines may be off is as much as images and poses are.
 MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recorded,
                               const MapLineOptions& options, const Progress& progress,
                               std::map<std::string, int64_t>* warnings) {
-  const bool are_given = run.method == kExternalPoses;
-  const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images, progress);
-  if (!agreement) {
-    // A run that hardly moved has few views, none of which tells of another.
-    const size_t least = are_given ? 2 : kLeastViewsOfRun;
-    if (recorded.views.size() >= least && progress.Report(1)) {
-      WarnOfPoses("no two views see points in common by their poses", are_given, warnings);
-    }
-    return options;
-  }
-  const std::string found =
-      agreement->across_px
-          ? fmt::format(
-                "poses and images agree to {:.2f} px in {} pairs of views, and {:.0f} % of "
-                "points are where they are expected",
-                *agreement->across_px, agreement->pairs, 100 * agreement->found)
-          : fmt::format(
-                "no two views show enough points to say how well poses and images agree: {:.0f} % "
-                "are where they are expected",
-                100 * agreement->found);
-  spdlog::debug("{}", found);
-  const bool are_doubtful =
-      agreement->across_px.value_or(0) > kMaxPoseError_px || agreement->found < kMinPointsFound;
-  if (are_doubtful) WarnOfPoses(found, are_given, warnings);
-  return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
+  const std::optional<double> across_px = JudgePoses(
+      recorded.views, *recorded.images, run.method == kExternalPoses, progress, warnings);
+  return across_px ? options.ForPoses(*across_px) : options;
 }
 
 // From the images in which lines were looked for to those that the map tells of.

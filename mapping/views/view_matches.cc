@@ -1,5 +1,7 @@
 #include "mapping/views/view_matches.h"
 
+#include <spdlog/spdlog.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -272,6 +274,49 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
   agreement.found = static_cast<double>(found) / static_cast<double>(searched);
   if (!medians_px.empty()) agreement.across_px = kSigmaOfMedian * Quantile(medians_px, 0.5);
   return agreement;
+}
+
+namespace {
+
+constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
+constexpr size_t kLeastViewsOfRun = 10;  // one that hardly moved has few, which tell of no other
+
+void WarnOfPoses(const std::string& found, bool are_given,
+                 std::map<std::string, int64_t>* warnings) {
+  ++(*warnings)[kPosesDisagree];
+  spdlog::warn("{}; expected agreement to {} px, and at least {:.0f} % of points: are {}?", found,
+               kMaxPoseError_px, 100 * kMinPointsFound,
+               are_given ? "the poses those of the IMU, in metres, with the images' stamps"
+                         : "the images those that the run was made of");
+}
+
+}  // namespace
+
+std::optional<double> JudgePoses(const Views& views, const ViewImages& images, bool are_given,
+                                 const Progress& progress,
+                                 std::map<std::string, int64_t>* warnings) {
+  const auto agreement = MeasurePoseAgreement(views, images, progress);
+  if (!agreement) {
+    if (views.size() >= (are_given ? 2 : kLeastViewsOfRun) && progress.Report(1)) {
+      WarnOfPoses("no two views see points in common by their poses", are_given, warnings);
+    }
+    return std::nullopt;
+  }
+  const std::string found =
+      agreement->across_px
+          ? fmt::format(
+                "poses and images agree to {:.2f} px in {} pairs of views, and {:.0f} % of "
+                "points are where they are expected",
+                *agreement->across_px, agreement->pairs, 100 * agreement->found)
+          : fmt::format(
+                "no two views show enough points to say how well poses and images agree: {:.0f} % "
+                "are where they are expected",
+                100 * agreement->found);
+  spdlog::debug("{}", found);
+  const bool are_doubtful =
+      agreement->across_px.value_or(0) > kMaxPoseError_px || agreement->found < kMinPointsFound;
+  if (are_doubtful) WarnOfPoses(found, are_given, warnings);
+  return agreement->across_px;
 }
 
 }  // namespace slcmap::mapping

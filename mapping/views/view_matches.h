@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "data/core/progress.h"
@@ -78,5 +80,12 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
 
 // Counts, as a warning of a map, that poses and images do not fit.
 inline constexpr const char* kPosesDisagree = "poses_disagree";
+
+// PoseAgreement::across_px, if it can be told. Poses by anyone (`are_given`) may be of another
+// recording, frame or unit, and a run's images may have changed since: where they do not agree it
+// warns, and counts kPosesDisagree.
+std::optional<double> JudgePoses(const Views& views, const ViewImages& images, bool are_given,
+                                 const Progress& progress,
+                                 std::map<std::string, int64_t>* warnings);
 
 }  // namespace slcmap::mapping
