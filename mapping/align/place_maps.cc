@@ -17,6 +17,7 @@
 
 #include "data/core/math.h"
 #include "mapping/align/map_overlap.h"
+#include "mapping/align/pair_adjustment.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -27,8 +28,6 @@ using Eigen::Vector3d;
 // those of two groups, after which these stay apart.
 constexpr std::size_t kMostPairs = 4, kLeastPairs = 2, kMostPairsOfGroups = 2;
 
-// What a map bends by, so that chains of maps do not close better.
-constexpr double kMapSigma_m = 0.015, kMapSigma_rad = 0.002;
 constexpr double kClosingSigmas = 4;
 
 // Pairs that agree on a place have to be worth as many times those that do not. Two maps that were
@@ -56,89 +55,6 @@ PairVariance ComputeVariance(const MapAlignment& found) {
   if (!covariance.allFinite()) return {};
   return {covariance.diagonal().tail<3>().mean(), covariance(0, 0)};
 }
-
-// Least squares over the turns and translations of maps of one group, of what pairs are off by.
-class PairAdjustment {
- public:
-  PairAdjustment(const std::vector<const AlignedPair*>& pairs, const std::vector<std::size_t>& maps)
-      : pairs_(pairs) {
-    for (std::size_t i = 0; i < maps.size(); ++i) column_[maps[i]] = static_cast<int>(4 * i) - 4;
-  }
-
-  // The first map stays.
-  void Solve(std::vector<PlacedMap>* placed) const {
-    constexpr int kSteps = 5;
-    for (int step = 0; step < kSteps; ++step) Move(placed);
-  }
-
-  // How far the place of a pair's middle by the maps' is from that by the pair, and the turn.
-  static Eigen::Vector4d Residual(const AlignedPair& pair, const std::vector<PlacedMap>& placed) {
-    const RigidTransform& T_pair = pair.found->T_first_second;
-    const RigidTransform T =
-        placed[pair.first].T_group_map.Inverse() * placed[pair.second].T_group_map;
-    const Vector3d& centre = pair.found->information.centre_first;
-    Eigen::Vector4d residual;
-    residual << ComputeYaw(T_pair.Inverse() * T), T * (T_pair.Inverse() * centre) - centre;
-    return residual;
-  }
-
- private:
-  using Jacobian = Eigen::Matrix4d;  // of turn and translation of a map
-
-  void Move(std::vector<PlacedMap>* placed) const {
-    const auto size = static_cast<Eigen::Index>(4 * (column_.size() - 1));
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
-    for (const AlignedPair* pair : pairs_) Add(*pair, *placed, &normal, &gradient);
-    const Eigen::VectorXd step = normal.ldlt().solve(-gradient);
-    if (!step.allFinite()) return;
-    for (const auto& [map, column] : column_) {
-      if (column < 0) continue;
-      RigidTransform& T = (*placed)[map].T_group_map;
-      T = LevelTransform(ComputeYaw(T) + step(column), T.translation + step.segment<3>(column + 1));
-    }
-  }
-
-  void Add(const AlignedPair& pair, const std::vector<PlacedMap>& placed, Eigen::MatrixXd* normal,
-           Eigen::VectorXd* gradient) const {
-    const Eigen::Vector4d residual = Residual(pair, placed);
-    const Eigen::Matrix4d weight = Weight(*pair.found);
-    const Eigen::Matrix3d R_first =
-        placed[pair.first].T_group_map.rotation.toRotationMatrix().transpose();
-    const RigidTransform& T_second = placed[pair.second].T_group_map;
-    const Vector3d centre = pair.found->information.centre_first;
-    const Vector3d p = pair.found->T_first_second.Inverse() * centre;
-    Jacobian by_first = Jacobian::Zero(), by_second = Jacobian::Zero();
-    by_first(0, 0) = -1, by_second(0, 0) = 1;
-    by_first.block<3, 1>(1, 0) = -Vector3d::UnitZ().cross(centre + residual.tail<3>());
-    by_first.block<3, 3>(1, 1) = -R_first;
-    by_second.block<3, 1>(1, 0) = R_first * Vector3d::UnitZ().cross(T_second.rotation * p);
-    by_second.block<3, 3>(1, 1) = R_first;
-    const std::pair<int, const Jacobian*> parts[] = {{column_.at(pair.first), &by_first},
-                                                     {column_.at(pair.second), &by_second}};
-    for (const auto& [row, by_row] : parts) {
-      if (row < 0) continue;
-      gradient->segment<4>(row) += by_row->transpose() * weight * residual;
-      for (const auto& [column, by_column] : parts) {
-        if (column < 0) continue;
-        normal->block<4, 4>(row, column) += by_row->transpose() * weight * *by_column;
-      }
-    }
-  }
-
-  // Maps bend besides what an alignment knows of itself.
-  static Eigen::Matrix4d Weight(const MapAlignment& found) {
-    Eigen::Matrix4d covariance = found.information.of_turn_and_shift.inverse();
-    if (!covariance.allFinite()) covariance.setZero();
-    const double shift_m2 = kMapSigma_m * kMapSigma_m;
-    covariance.diagonal() +=
-        Eigen::Vector4d(kMapSigma_rad * kMapSigma_rad, shift_m2, shift_m2, shift_m2);
-    return covariance.inverse();
-  }
-
-  const std::vector<const AlignedPair*>& pairs_;
-  std::map<std::size_t, int> column_;  // of a map's turn; the first has none
-};
 
 class MapPlacer {
  public:
@@ -476,9 +392,9 @@ class MapPlacer {
     double squares_m2 = 0;
     for (const auto& [group, maps] : groups) {
       const std::vector<const AlignedPair*> used = PairsWithin(group, maps.size());
-      if (maps.size() > 1) PairAdjustment(used, maps).Solve(&placed_);
+      if (maps.size() > 1) AdjustPairs(used, maps, &placed_);
       for (const AlignedPair* pair : used) {
-        squares_m2 += PairAdjustment::Residual(*pair, placed_).tail<3>().squaredNorm();
+        squares_m2 += ComputeOff(*pair, placed_).tail<3>().squaredNorm();
       }
       placement.used += used.size();
     }
@@ -503,7 +419,7 @@ class MapPlacer {
         against_.erase(&pair);
         continue;
       }
-      const Eigen::Vector4d off = PairAdjustment::Residual(pair, placed_);
+      const Eigen::Vector4d off = ComputeOff(pair, placed_);
       against_[&pair] = fmt::format(
           "found them {:.2f} m and {:.1f} degrees off where the other maps have them, expected "
           "less",
