@@ -105,7 +105,7 @@ std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
   std::vector<MapToMerge> maps;
   if (!arguments.placed.empty()) {
     for (std::size_t i = 0; i < folders.size(); ++i) {
-      const FolderPlace place = FindPlace(arguments.placed, folders[i].path);
+      const FolderPlace place = FindPlaceOfFolder(arguments.placed, folders[i].path);
       maps.push_back({read(i), place.T_group_map, place.date});
     }
   } else {

@@ -230,6 +230,17 @@ std::vector<DatedChange> CollectChanges(const std::vector<MapFolder>& folders,
   return changes;
 }
 
+FolderPlace FindPlace(const std::string& placement, const char* key, const std::string& value) {
+  return ParseJsonFile(placement, [&](const Json& json) {
+    CheckFormat(placement, json, kPlacementFormat, kPlacementVersion, kPlacementVersion);
+    for (const Json& entry : json.at("placed")) {
+      if (entry.at(key) != value) continue;
+      return FolderPlace{entry.at("group"), ParseTransform(placement, entry), entry.at("date")};
+    }
+    throw DataError(fmt::format("{}: found no {} {}, expected its place", placement, key, value));
+  });
+}
+
 }  // namespace
 
 PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
@@ -273,27 +284,25 @@ void WritePlacement(const std::string& path, const std::vector<MapFolder>& folde
                {"pairs_tried", placed.placement.tried},
                {"pairs_used", placed.placement.used},
                {"closing_m", RoundedForJson(placed.placement.closing_m)},
-               {"placed", Json::object()}};
+               {"placed", Json::array()}};
   for (std::size_t i = 0; i < folders.size(); ++i) {
     const PlacedMap& map = placed.placement.maps[i];
-    Json entry = {{"map", folders[i].name}, {"group", map.group}, {"date", folders[i].date}};
+    Json entry = {{"map", folders[i].name},
+                  {"run", RunOfMap(folders[i].path)},
+                  {"group", map.group},
+                  {"date", folders[i].date}};
     entry.update(TransformJson(map.T_group_map));
-    json["placed"][RunOfMap(folders[i].path)] = entry;
+    json["placed"].push_back(entry);
   }
   ReplaceFile(path, JsonText(json));
 }
 
-FolderPlace FindPlace(const std::string& placement, const std::string& folder) {
-  const std::string run = RunOfMap(folder);
-  return ParseJsonFile(placement, [&](const Json& json) {
-    CheckFormat(placement, json, kPlacementFormat, kPlacementVersion, kPlacementVersion);
-    if (!json.at("placed").contains(run)) {
-      throw DataError(
-          fmt::format("{}: found no run {} of {}, expected its place", placement, run, folder));
-    }
-    const Json& entry = json.at("placed").at(run);
-    return FolderPlace{entry.at("group"), ParseTransform(placement, entry), entry.at("date")};
-  });
+FolderPlace FindPlaceOfName(const std::string& placement, const std::string& name) {
+  return FindPlace(placement, "map", name);
+}
+
+FolderPlace FindPlaceOfFolder(const std::string& placement, const std::string& folder) {
+  return FindPlace(placement, "run", RunOfMap(folder));
 }
 
 }  // namespace slcmap::commands

@@ -37,17 +37,20 @@ struct PlacedFolders {
 PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
                            const std::string& kept, const Progress& progress);
 
-// placement.json: `placed` says of each run where the map that begins with it lies, by group.
-// Throws OutputError.
+// placement.json: `placed` says of each map, and of the run that it begins with, where it lies, by
+// group. Throws OutputError.
 void WritePlacement(const std::string& path, const std::vector<MapFolder>& folders,
                     const PlacedFolders& placed);
 
-// What of a placement belongs to a map folder. Throws DataError where the file has no such run.
 struct FolderPlace {
   std::size_t group = 0;
   RigidTransform T_group_map;
   std::string date;
 };
-FolderPlace FindPlace(const std::string& placement, const std::string& folder);
+
+// Of the map of a name, or of that which a folder's map begins with. Throws DataError where the
+// file has none.
+FolderPlace FindPlaceOfName(const std::string& placement, const std::string& name);
+FolderPlace FindPlaceOfFolder(const std::string& placement, const std::string& folder);
 
 }  // namespace slcmap::commands
