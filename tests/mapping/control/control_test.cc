@@ -158,10 +158,13 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
     const std::string name = "P" + std::to_string(i);
     control.points.push_back({name, place * kPoints[i], Vector3d(0.004, 0.005, 0.01)});
     for (const Keyframe& keyframe : run.keyframes) {
-      const RigidTransform T_camera_world =
-          (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[0]).Inverse();
-      const auto px = run.rectified_rig.cameras[0].Project(T_camera_world * kPoints[i]);
-      if (px) control.sightings.push_back({name, keyframe.stamp_ns, 0, *px, 0.3});
+      for (int camera = 0; camera < 2; ++camera) {
+        const auto at = static_cast<size_t>(camera);
+        const RigidTransform T_camera_world =
+            (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[at]).Inverse();
+        const auto px = run.rectified_rig.cameras[at].Project(T_camera_world * kPoints[i]);
+        if (px) control.sightings.push_back({name, keyframe.stamp_ns, camera, *px, 0.3});
+      }
     }
   }
   control.points[2].p_m.x() += 1;  // is left out
