@@ -333,11 +333,10 @@ MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
   } else {
     map.lines = SelectLines(run, options.run_lines);
     map.line_evidence = CollectEvidence(map.lines, run);
+    const bool is_built = options.stages.building && !IsStereo(run.rectified_rig);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                                 watched.Part(kFilteredUntil, kPipesUntil));
-    if (options.stages.building && !IsStereo(run.rectified_rig)) {
-      BuildFromLines(run, options, watched.Part(kPipesUntil, 1), &map);
-    }
+                                 watched.Part(kFilteredUntil, is_built ? kPipesUntil : 1));
+    if (is_built) BuildFromLines(run, options, watched.Part(kPipesUntil, 1), &map);
   }
   FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = CollectObservations(map.points, run, map.rectified_rig);

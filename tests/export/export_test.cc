@@ -37,8 +37,7 @@ const char* const kFiles[] = {
     "map.mtl", "map.ifc", "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt",
     "limap/alltracks.txt", "limap/lines.txt", "grid/no_storey.pgm", "grid/no_storey.yaml",
     "points.pcd", "dense.pcd", "dense.ply", "occupancy.bt", "cloud.las", "cloud.e57",
-    "plan.gpkg", "plan/no_storey.geojson", "tiles/tileset.json",
-    "tiles/lines/0.glb", "tiles/points/0_0_0_0.glb", "tiles/points/0_0_0_0.subtree"};
+    "plan.gpkg", "plan/no_storey.geojson", "tiles/tileset.json"};
 // clang-format on
 
 ExportOptions OfFormats(const std::vector<std::string>& formats) {
@@ -112,6 +111,9 @@ TEST_F(ExportTest, AllFormatsAreWrittenOrThoseThatAreWanted) {
   const std::vector<std::string> paths = ExportMap(MakeMap(), folder_, {});
   EXPECT_EQ(paths.size(), std::size(kFiles));
   for (const char* name : kFiles) EXPECT_TRUE(std::filesystem::exists(Path(name))) << name;
+  for (const char* name : {"lines/0.glb", "points/0_0_0_0.glb", "points/0_0_0_0.subtree"}) {
+    EXPECT_TRUE(std::filesystem::exists(Path(std::string("tiles/") + name))) << name;
+  }
   EXPECT_THAT(ExportMap(MakeMap(), folder_, OfFormats({"glb"})),
               UnorderedElementsAre(Path("scene.glb")));
   EXPECT_FALSE(std::filesystem::exists(Path("points.ply"))) << "files of another export";
