@@ -30,7 +30,7 @@ class ControlStage {
   // Throws ConfigError and DataError for points, marks and systems that are none.
   explicit ControlStage(const ControlArguments& arguments);
 
-  // Looks for tags in the keyframes of a run that is to be mapped. Nothing where no points were
+  // Looks for tags in the images of a run that is to be mapped. Nothing where no points were
   // given, or its recording is not there.
   std::optional<Control> FindInRun(const OdometryRun& run, const std::string& sequence,
                                    const Progress& progress);

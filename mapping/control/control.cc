@@ -104,6 +104,27 @@ double ComputeRms(const std::vector<ControlResidual>& residuals) {
   return std::sqrt(sum / std::max(1.0, count));
 }
 
+template <typename Poses>
+std::set<int64_t> StampsAt(const Poses& poses) {
+  std::set<int64_t> stamps_ns;
+  for (const auto& pose : poses) stamps_ns.insert(pose.stamp_ns);
+  return stamps_ns;
+}
+
+// Of keyframes and, where a tag may pass between them, of images so far apart.
+std::vector<int64_t> SelectStamps(const std::set<int64_t>& keyframes_ns,
+                                  const std::set<int64_t>& images_ns) {
+  constexpr int64_t kApart_ns = 100'000'000;
+  std::set<int64_t> selected = keyframes_ns;
+  int64_t last_ns = 0;
+  for (const int64_t stamp_ns : images_ns) {
+    if (stamp_ns - last_ns < kApart_ns) continue;
+    selected.insert(stamp_ns);
+    last_ns = stamp_ns;
+  }
+  return {selected.begin(), selected.end()};
+}
+
 std::vector<DistanceResidual> MeasureDistances(const Control& control, const PlacedPoints& placed) {
   std::vector<DistanceResidual> distances;
   for (const KnownDistance& known : control.distances) {
@@ -137,11 +158,13 @@ std::vector<ControlRecording> ListControlRecordings(const MapResult& map,
   for (const MergedRun& run : map.source.merged) {
     recordings.push_back({run.sequence, run.opened, run.stamps_moved_ns, {}});
   }
+  const std::vector<int64_t> stamps_ns =
+      SelectStamps(StampsAt(map.keyframes), StampsAt(map.trajectory));
   for (size_t i = 0; i < recordings.size(); ++i) {
-    for (const StampedPose& pose : map.keyframes) {
+    for (const int64_t stamp_ns : stamps_ns) {
       const auto& span = map.source.merged.empty() ? std::nullopt : map.source.merged[i].poses_ns;
-      if (span && (pose.stamp_ns < span->from_ns || pose.stamp_ns > span->to_ns)) continue;
-      recordings[i].stamps_ns.push_back(pose.stamp_ns);
+      if (span && (stamp_ns < span->from_ns || stamp_ns > span->to_ns)) continue;
+      recordings[i].stamps_ns.push_back(stamp_ns);
     }
   }
   return recordings;
@@ -153,7 +176,7 @@ ControlRecording ControlRecordingOfRun(const OdometryRun& run, const std::string
   }
   ControlRecording recording{
       moved_to.empty() ? run.source->sequence : moved_to, run.source->opened, 0, {}};
-  for (const Keyframe& keyframe : run.keyframes) recording.stamps_ns.push_back(keyframe.stamp_ns);
+  recording.stamps_ns = SelectStamps(StampsAt(run.keyframes), StampsAt(run.states));
   return recording;
 }
 

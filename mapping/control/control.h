@@ -15,7 +15,8 @@
 
 namespace slcmap::inline mapping {
 
-// A recording, and the stamps of its keyframes as the map has them: later by stamps_moved_ns.
+// A recording, and the stamps of its keyframes, and of images between them that have a pose, as the
+// map has them: later by stamps_moved_ns.
 struct ControlRecording {
   std::string path;
   SequenceOptions opened;
@@ -28,7 +29,7 @@ std::vector<ControlRecording> ListControlRecordings(const MapResult& map,
                                                     const std::string& moved_to);
 ControlRecording ControlRecordingOfRun(const OdometryRun& run, const std::string& moved_to);
 
-// Adds the tags that the keyframes show. Returns the raw cameras. Throws DataError where the
+// Adds the tags that these images show. Returns the raw cameras. Throws DataError where the
 // recording is not there, StoppedError.
 Rig AddTags(const ControlRecording& recording, const Progress& progress, Control* control);
 
