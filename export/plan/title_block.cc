@@ -219,7 +219,7 @@ std::string FormatDate(const MapResult& map) {
 std::string DescribePlace(const std::optional<Georeference>& place) {
   if (!place || IsShiftedOnly(place)) return GeoreferenceNote(place);
   const Eigen::Vector3d& p = place->origin_m;
-  return fmt::format("Origin at {:.3f}, {:.3f}, {:.3f} m in {}", p.x(), p.y(), p.z(),
+  return fmt::format("Origin {:.2f}, {:.2f}, {:.2f} m, {}", p.x(), p.y(), p.z(),
                      place->crs.empty() ? "its grid" : place->crs);
 }
 

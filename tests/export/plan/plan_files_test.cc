@@ -115,7 +115,7 @@ TEST_F(PlanFilesTest, TheArrowOfAMapOnEarthPointsToTrueNorth) {
   const std::string svg = ReadFile(WriteSvg(map_).at(0));
   EXPECT_THAT(svg, HasSubstr(">North: 28.08\u00b0 clockwise from up,<"));
   EXPECT_THAT(svg, HasSubstr(">true north, by EPSG:25832<"));
-  EXPECT_THAT(svg, HasSubstr(">Origin at 691607.000, 5334760.000, 515.000 m in EPSG:25832<"));
+  EXPECT_THAT(svg, HasSubstr(">Origin 691607.00, 5334760.00, 515.00 m, EPSG:25832<"));
   map_.source.georeference->crs = "";
   EXPECT_THAT(ReadFile(WriteSvg(map_).at(0)),
               ::testing::AllOf(HasSubstr(">North: 30\u00b0 clockwise from up,<"),
