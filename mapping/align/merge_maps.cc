@@ -170,6 +170,24 @@ LinesOfMap TakeLines(MapResult* map) {
   return lines;
 }
 
+// The first map's place on Earth stays, and a second one that is elsewhere is told.
+void UnitePlaces(const std::optional<Georeference>& second, MapResult* first) {
+  constexpr double kSamePlace_m = 0.1;
+  const std::optional<Georeference>& place = first->source.georeference;
+  if (!place) {
+    first->source.georeference = second;
+    return;
+  }
+  if (!second) return;
+  const double apart_m = (place->origin_m - second->origin_m).norm();
+  if (place->crs == second->crs && apart_m < kSamePlace_m) return;
+  ++first->warnings["places_on_earth_differ"];
+  spdlog::warn(
+      "the maps were placed apart: found the second one's origin {:.2f} m from the first one's "
+      "({}, {}), whose place is kept; expected the same control points",
+      apart_m, second->crs, place->crs);
+}
+
 void SetLines(LinesOfMap united, MapResult* map) {
   for (MapLine& line : united.lines) {
     (line.kind == LineKind::kMark ? map->marks : map->lines).push_back(line);
@@ -332,9 +350,7 @@ UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& 
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
-  if (!first.source.georeference) {
-    first.source.georeference = MoveGeoreference(second.source.georeference, T_first_second);
-  }
+  UnitePlaces(MoveGeoreference(second.source.georeference, T_first_second), &first);
   UniteReports(second, &first);
   first.adjustment.reset();
   first.given_poses.reset();

@@ -214,6 +214,15 @@ TEST(MergeMaps, OneRecordingTwiceIsToldOf) {
   EXPECT_FALSE(Both().warnings.contains("recordings_merged_twice"));
 }
 
+TEST(MergeMaps, PlacesOnEarthThatDifferAreToldOf) {
+  MapResult one = West(), other = East();
+  one.source.georeference = Georeference{"EPSG:25832", {691607, 5334760, 515}};
+  other.source.georeference = one.source.georeference;  // the worlds of the maps are apart
+  const MapResult map = Merge(std::move(one), std::move(other)).map;
+  EXPECT_EQ(map.warnings.at("places_on_earth_differ"), 1);
+  EXPECT_EQ(map.source.georeference->origin_m.x(), 691607);
+}
+
 // Which are filled anew, by what both have measured.
 TEST(MergeMaps, FilledPointsAreNotTakenOver) {
   MapResult filled = East();
