@@ -7,6 +7,7 @@
 
 #include "apps/python/arrays.h"
 #include "data/core/verdict.h"
+#include "export/scene/map_layers.h"
 #include "mapping/map/map_folder.h"
 #include "odometry/run/run_folder.h"
 
@@ -36,24 +37,10 @@ py::list AxisNames(const std::vector<MapLine>& lines) {
   return names;
 }
 
-const char* KindName(LineKind kind) {
-  switch (kind) {
-    case LineKind::kUnknown:
-      return "unknown";
-    case LineKind::kEdge:
-      return "edge";
-    case LineKind::kMark:
-      return "mark";
-    case LineKind::kPipe:
-      return "pipe";
-  }
-  return "unknown";
-}
-
 py::list KindNames(const MapResult& map) {
   py::list names;
   for (const MapLine& line : map.lines)
-    names.append(IsJunction(line) ? "junction" : KindName(line.kind));
+    names.append(IsJunction(line) ? "junction" : GetName(line.kind));
   return names;
 }
 
