@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
-#include <cstring>
 #include <set>
 
+#include "tests/export/web/glb_positions.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"
@@ -66,27 +66,7 @@ const tinygltf::Node& NodeOf(const tinygltf::Model& model, const std::string& na
 
 // In world.
 std::vector<Eigen::Vector3d> PositionsOf(const tinygltf::Model& model, const std::string& name) {
-  const tinygltf::Node& node = NodeOf(model, name);
-  const auto& mesh = model.meshes[static_cast<std::size_t>(node.mesh)];
-  const auto index = static_cast<std::size_t>(mesh.primitives[0].attributes.at("POSITION"));
-  const tinygltf::Accessor& accessor = model.accessors[index];
-  const auto& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-  const bool is_float = accessor.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT;
-  std::vector<Eigen::Vector3d> positions;
-  for (std::size_t i = 0; i < accessor.count; ++i) {
-    const unsigned char* bytes = model.buffers[0].data.data() + view.byteOffset +
-                                 i * static_cast<std::size_t>(accessor.ByteStride(view));
-    float numbers[3];
-    uint16_t steps[3];
-    std::memcpy(numbers, bytes, sizeof numbers);
-    std::memcpy(steps, bytes, sizeof steps);
-    Eigen::Vector3d& p = positions.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      const auto d = static_cast<std::size_t>(k);
-      p[k] = is_float ? numbers[k] : node.translation[d] + node.scale[d] * steps[k];
-    }
-  }
-  return positions;
+  return testing::ReadPositions(model, NodeOf(model, name));
 }
 
 TEST_F(GltfWriterTest, NodesAreByStoreyLayerAndKind) {

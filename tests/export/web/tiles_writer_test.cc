@@ -16,6 +16,7 @@
 #include "data/io/json.h"
 #include "export/web/cloud_tiles.h"
 #include "export/web/page_writer.h"
+#include "tests/export/web/glb_positions.h"
 #include "tests/export/web/room_map.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"
@@ -35,34 +36,14 @@ tinygltf::Model LoadGlb(const std::string& path) {
   return model;
 }
 
-// Of the points of a tile, z up; colours of 8 bits in the order of the file.
-struct TilePoints {
-  std::vector<Vector3d> positions;
-};
-
-TilePoints PointsOfGlb(const std::string& path) {
+// The points of a tile, z up.
+std::vector<Vector3d> PointsOfGlb(const std::string& path) {
   const tinygltf::Model model = LoadGlb(path);
-  TilePoints points;
+  std::vector<Vector3d> points;
   for (const tinygltf::Node& node : model.nodes) {
     if (node.mesh < 0) continue;
-    const auto& primitive = model.meshes[static_cast<std::size_t>(node.mesh)].primitives[0];
-    const auto index = static_cast<std::size_t>(primitive.attributes.at("POSITION"));
-    const tinygltf::Accessor& accessor = model.accessors[index];
-    const auto& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-    for (std::size_t i = 0; i < accessor.count; ++i) {
-      const unsigned char* bytes = model.buffers[0].data.data() + view.byteOffset +
-                                   i * static_cast<std::size_t>(accessor.ByteStride(view));
-      float numbers[3];
-      uint16_t steps[3];
-      std::memcpy(numbers, bytes, sizeof numbers);
-      std::memcpy(steps, bytes, sizeof steps);
-      Vector3d& p = points.positions.emplace_back();
-      for (std::size_t k = 0; k < 3; ++k) {
-        p[static_cast<int>(k)] = accessor.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT
-                                     ? numbers[k]
-                                     : node.translation[k] + node.scale[k] * steps[k];
-      }
-    }
+    const std::vector<Vector3d> of_node = testing::ReadPositions(model, node);
+    points.insert(points.end(), of_node.begin(), of_node.end());
   }
   return points;
 }
@@ -137,7 +118,7 @@ TEST_F(CloudTiles, HoldEachPointOnceWithinTheBoxOfItsTile) {
     Eigen::AlignedBox3d box = BoxAt(PlaceIn(path));
     box.min().array() -= 1e-5;  // floats
     box.max().array() += 1e-5;
-    for (const Vector3d& p : PointsOfGlb(path).positions) {
+    for (const Vector3d& p : PointsOfGlb(path)) {
       ASSERT_TRUE(box.contains(p)) << path << ": " << p.transpose();
       found.push_back(p);
     }
@@ -159,7 +140,7 @@ TEST_F(CloudTiles, EachLevelIsASubsampleOnAGrid) {
   EXPECT_NEAR(root_.at("geometricError").get<double>(), 4 * spacing_m, 1e-12);
   EXPECT_EQ(root_.at("refine"), "ADD");
   std::set<std::array<int64_t, 3>> cells;
-  const auto points = PointsOfGlb(folder_.Path("dense/0_0_0_0.glb")).positions;
+  const auto points = PointsOfGlb(folder_.Path("dense/0_0_0_0.glb"));
   const Vector3d corner = BoxIn(root_.at("boundingVolume")).min();
   for (const Vector3d& p : points) {
     const Vector3d cell = (p - corner) / spacing_m;
@@ -254,7 +235,7 @@ TEST_F(CloudTiles, PointsAtOnePlaceAreKept) {
   Write(std::vector<Vector3d>(40000, Vector3d(1, 2, 3)));
   std::size_t count = 0;
   for (const std::string& path : paths_) {
-    if (path.ends_with(".glb")) count += PointsOfGlb(path).positions.size();
+    if (path.ends_with(".glb")) count += PointsOfGlb(path).size();
   }
   EXPECT_EQ(count, 40000u);
 }
