@@ -47,16 +47,10 @@ struct EvaluateArguments {
   std::string map;           // a map folder
   bool accept_changed = false;
   ExternalMapArguments maps;
-  std::string json, plots;
+  std::string json;
   double max_truth_gap_s = kMaxTruthGap_s;
   LineMetricOptions line_options;
   VisibilityOptions visibility;
-};
-
-struct LineComparison {
-  TrueEdges truth;
-  std::vector<MapLine> lines;  // where they lie when the trajectory lies on the truth
-  LineMetrics metrics;
 };
 
 // How well the cameras saw the edges, where the surfaces and the calibration lie beside them.
@@ -86,42 +80,30 @@ std::optional<std::vector<MapLine>> MarksBeside(const std::string& lines) {
   return ReadMapLines(path);
 }
 
-LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment& alignment) {
+Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignment) {
   const ComparedFiles& inputs = arguments.lines;
-  LineComparison comparison;
+  TrueEdges truth;
+  std::vector<MapLine> lines;
   std::optional<std::vector<MapLine>> marks;
   {
     const EndsAtOnce nothing_is_written;
-    comparison.truth = ReadTrueEdges(inputs.truth);
-    comparison.lines = Aligned(alignment, ReadMapLines(inputs.mapped));
+    truth = ReadTrueEdges(inputs.truth);
+    lines = Aligned(alignment, ReadMapLines(inputs.mapped));
     marks = MarksBeside(inputs.mapped);
   }
-  LookAtEdges(arguments, &comparison.truth);
-  spdlog::debug("{} true edges, {} lines", comparison.truth.seen.size(), comparison.lines.size());
+  LookAtEdges(arguments, &truth);
+  spdlog::debug("{} true edges, {} lines", truth.seen.size(), lines.size());
+  LineMetrics metrics;
   try {
-    comparison.metrics = EvaluateLines(comparison.truth, comparison.lines, arguments.line_options,
-                                       StageProgress("lines"));
+    metrics = EvaluateLines(truth, lines, arguments.line_options, StageProgress("lines"));
     if (marks) {
-      EvaluateMarks(comparison.truth, Aligned(alignment, *marks), arguments.line_options,
-                    &comparison.metrics);
+      EvaluateMarks(truth, Aligned(alignment, *marks), arguments.line_options, &metrics);
     }
   } catch (const DataError& error) {
     throw DataError(fmt::format("{} against {}: {}", inputs.mapped, inputs.truth, error.what()));
   }
-  return comparison;
-}
-
-// Prints the table and draws the plan.
-Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignment) {
-  const LineComparison comparison = CompareLines(arguments, alignment);
-  std::fputs(("\n" + LineTable(arguments.lines, comparison.metrics)).c_str(), stdout);
-  if (!arguments.plots.empty()) {
-    MakeFolder(arguments.plots);
-    const std::string plan = arguments.plots + "/lines.svg";
-    WriteLinePlan(plan, comparison.truth, comparison.lines);
-    spdlog::info("wrote {}", plan);
-  }
-  return LineJson(arguments.lines, comparison.metrics);
+  std::fputs(("\n" + LineTable(inputs, metrics)).c_str(), stdout);
+  return LineJson(inputs, metrics);
 }
 
 Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& alignment) {
@@ -133,7 +115,6 @@ Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& ali
   return SurfaceJson(inputs, metrics);
 }
 
-// Prints the table and draws the plan.
 Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment& alignment) {
   const ComparedFiles& inputs = arguments.building;
   const EndsAtOnce nothing_is_written;
@@ -143,12 +124,6 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
       Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
   const BuildingMetrics metrics = EvaluateBuilding(truth, building);
   std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
-  if (!arguments.plots.empty()) {
-    MakeFolder(arguments.plots);
-    const std::string plan = arguments.plots + "/building.svg";
-    WriteBuildingPlan(plan, truth, building);
-    spdlog::info("wrote {}", plan);
-  }
   return BuildingJson(inputs, metrics);
 }
 
@@ -227,20 +202,6 @@ Json EvaluateMapStraightness(const std::string& folder, bool accept_changed) {
   return json;
 }
 
-void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
-                  const Json& json) {
-  if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
-  if (arguments.plots.empty()) return;
-  std::vector<std::string> paths = WriteTrajectoryPlots(arguments.plots, metrics);
-  const std::string calibration = CalibrationBeside(arguments.inputs.estimate);
-  if (!calibration.empty()) {
-    for (std::string& path : WriteCalibrationPlots(arguments.plots + "/calibration", calibration)) {
-      paths.push_back(std::move(path));
-    }
-  }
-  for (const std::string& path : paths) spdlog::info("wrote {}", path);
-}
-
 // Before anything is read.
 void CheckPaths(const EvaluateArguments& a) {
   const std::vector<std::string> inputs = {
@@ -249,7 +210,6 @@ void CheckPaths(const EvaluateArguments& a) {
       a.surfaces.occupancy, a.building.truth,         a.building.mapped, a.pipes.truth,
       a.pipes.mapped};
   RefuseAsResult("--json", a.json, inputs);
-  RefuseAsResult("--plots", a.plots, inputs);
   if (!a.observations.empty()) ExpectFolder(a.observations, FolderKind::kRun);
   if (!a.map.empty()) ExpectFolder(a.map, FolderKind::kMap);
 }
@@ -289,10 +249,10 @@ void Evaluate(EvaluateArguments arguments) {
     }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
-    WriteResults(arguments, metrics, json);
+    if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
     throw;
   }
-  WriteResults(arguments, metrics, json);
+  if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
 }
 
 // Maps by any system, each by itself and against a scan, without a trajectory.
@@ -398,10 +358,6 @@ void AddEvaluateCommand(CLI::App& app) {
   planes->needs(true_building);
   AddPipeOptions(command, &arguments->pipes);
   command->add_option("--json", arguments->json, "Write the figures to this file");
-  command->add_option(
-      "--plots", arguments->plots,
-      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
-      "trajectory calibration/*.svg, into this folder");
   command
       ->add_option("--max-samples", arguments->line_options.max_samples,
                    "Refuse lines and edges that take more samples, of 2 cm each")
@@ -412,7 +368,7 @@ void AddEvaluateCommand(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "Example:\n  slcmap evaluate --truth SEQ/mav0/state_groundtruth_estimate0/data.csv \\\n"
-      "      --estimate OUT/run/trajectory.tum --json metrics.json --plots plots\n"
+      "      --estimate OUT/run/trajectory.tum --json metrics.json\n"
       "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate RUN/trajectory.tum \\\n"
       "      --true-edges SEQ/truth/edges.csv --lines RUN/lines.ply\n"
       "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate MAP/trajectory.tum \\\n"

@@ -91,14 +91,6 @@ std::string ImageStampsBeside(const std::string& truth) {
   return std::filesystem::exists(stamps, error) ? stamps.lexically_normal().string() : "";
 }
 
-std::string CalibrationBeside(const std::string& estimate) {
-  const auto folder = std::filesystem::path(estimate).parent_path();
-  const auto table = folder / "calibration.csv";
-  std::error_code error;
-  const bool is_run = std::filesystem::exists(folder / "run.json", error);
-  return is_run && std::filesystem::exists(table, error) ? table.string() : "";
-}
-
 Trajectory ReadTruth(const EvaluationInputs& inputs) {
   const PoseForm form = FindForm(inputs, "truth");
   const Clock images_ns = inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps);

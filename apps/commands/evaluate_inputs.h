@@ -15,9 +15,6 @@ namespace slcmap::inline commands {
 // none.
 std::string ImageStampsBeside(const std::string& truth);
 
-// What a run folder says of the calibration beside its trajectory; empty where that lies in none.
-std::string CalibrationBeside(const std::string& estimate);
-
 // The true poses of the IMU. Throws DataError.
 Trajectory ReadTruth(const EvaluationInputs& inputs);
 
@@ -43,7 +40,7 @@ TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs, double max_truth
 RigidTransform TrajectoryFromMap(const std::string& trajectory,
                                  const std::vector<std::string>& mapped_files);
 
-// Where figures and plots of an evaluation may be written.
+// Where figures of an evaluation may be written.
 
 // Throws ConfigError naming the option where `path`, of a file or a folder, is one of the inputs,
 // or is or lies in the folder of a run, a map, an export or a recording: nothing of these is

@@ -31,6 +31,16 @@ constexpr std::array<const char*, 9> kStageColours = {"#c8d5de", "#8fb3cc", "#5b
                                                       "#a8712b", "#9fb58a", "#6d8c55"};
 constexpr size_t kMaxPlotted = 1500;  // points of a path
 
+// The distance between ticks, so that there are so many at most: 1, 2 or 5 times a power of ten.
+double TickStep(double range, int most_ticks) {
+  const double least = range / most_ticks;
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1, 2, 5}) {
+    if (factor * power >= least) return factor * power;
+  }
+  return 10 * power;
+}
+
 std::string Svg(double width, double height, const std::string& label, const std::string& content) {
   return fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
                      width, height, EscapeMarkup(label), content);

@@ -12,7 +12,6 @@
 #include "apps/evaluation/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "data/io/file.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -291,22 +290,6 @@ std::string Percent(int64_t part, int64_t all) {
   return FigureText(100 * ComputeShare(part, all), 1);
 }
 
-void AddSide(const Eigen::Vector2d& a, const Eigen::Vector2d& b, SvgSeries* series) {
-  series->points.push_back(a);
-  series->points.push_back(b);
-}
-
-void AddOutline(const PlanPoints& outline, SvgSeries* series) {
-  for (size_t i = 0; i < outline.size(); ++i) {
-    AddSide(outline[i], outline[(i + 1) % outline.size()], series);
-  }
-}
-
-// The foot of an upright rectangle: its first side.
-void AddFoot(const std::vector<Eigen::Vector3d>& outline, SvgSeries* series) {
-  AddSide(outline[0].head<2>(), outline[1].head<2>(), series);
-}
-
 }  // namespace
 
 std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
@@ -351,30 +334,6 @@ Json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
           {"rooms_right", metrics.rooms_right},
           {"rooms_mapped", metrics.rooms_mapped},
           {"area_error_median", metrics.area_error_median}};
-}
-
-void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
-                       const Building& building) {
-  SvgSeries true_walls{"true walls", "#bbbbbb", {}, SvgStyle::kSegments};
-  SvgSeries rooms{"rooms", "#2c7fb8", {}, SvgStyle::kSegments};
-  SvgSeries walls{"walls", "#222222", {}, SvgStyle::kSegments};
-  SvgSeries others{"other planes", "#f0a030", {}, SvgStyle::kSegments};
-  SvgSeries openings{"openings", "#d7301f", {}, SvgStyle::kSegments};
-  for (const TrueWall& wall : truth.walls) AddFoot(wall.outline_world, &true_walls);
-  for (const Room& room : building.rooms) {
-    AddOutline(room.polygon.outline, &rooms);
-    for (const PlanPoints& hole : room.polygon.holes) AddOutline(hole, &rooms);
-  }
-  for (const BuildingPlane& plane : building.planes) {
-    if (plane.kind == PlaneKind::kWall) AddFoot(plane.outline_world, &walls);
-    if (plane.kind == PlaneKind::kOther) AddFoot(plane.outline_world, &others);
-    for (const PlaneOpening& opening : plane.openings) AddFoot(opening.outline_world, &openings);
-  }
-  SvgPlot plot{"Mapped building over the true one, from above", "x [m]", "y [m]", true, {}};
-  for (const SvgSeries& series : {true_walls, rooms, others, walls, openings}) {
-    if (!series.points.empty()) plot.series.push_back(series);
-  }
-  WriteFile(path, DrawSvg(plot));
 }
 
 }  // namespace slcmap::evaluation

@@ -49,8 +49,4 @@ Building Aligned(const Alignment& alignment, Building building);
 std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics);
 nlohmann::ordered_json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics);
 
-// Draws a plan: true walls and rooms, over them what was mapped. Throws OutputError.
-void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
-                       const Building& building);
-
 }  // namespace slcmap::evaluation

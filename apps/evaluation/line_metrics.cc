@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,7 +13,6 @@
 #include "apps/evaluation/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "data/io/file.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -265,14 +263,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr char kTruthColour[] = "#bbbbbb";
-constexpr std::array<std::pair<LineAxis, const char*>, 5> kAxisNames = {
-    {{LineAxis::kX, "X"},
-     {LineAxis::kY, "Y"},
-     {LineAxis::kVertical, "vertical"},
-     {LineAxis::kSloped, "sloped"},
-     {LineAxis::kNone, "no axis"}}};
-
 std::string ScoreRow(const LineScore& score) {
   const std::string clear =
       score.clear_recall ? fmt::format("{:>16}", FigureText(100 * *score.clear_recall, 1)) : "";
@@ -318,17 +308,6 @@ Json AccuracyJson(const LineAccuracy& accuracy) {
           {"direction_mean_deg", accuracy.direction_mean_deg},
           {"direction_rms_deg", accuracy.direction_rms_deg},
           {"offset_rms_m", accuracy.offset_rms_m}};
-}
-
-void AddSegment(const Eigen::Vector3d& start, const Eigen::Vector3d& end, SvgSeries* series) {
-  series->points.emplace_back(start.head<2>());
-  series->points.emplace_back(end.head<2>());
-}
-
-// Dark on a white page: the colours of the old lines.
-std::string PageColour(LineAxis axis) {
-  const auto [red, green, blue] = LineColour(axis, false);
-  return fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
 }
 
 }  // namespace
@@ -382,23 +361,6 @@ Json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics) {
   json["jambs"] = {{"found", metrics.gaps.jambs}, {"kept", metrics.gaps.jambs_kept}};
   if (!metrics.kinds.empty()) json["kinds"] = KindsJson(metrics);
   return json;
-}
-
-void WriteLinePlan(const std::string& path, const TrueEdges& truth,
-                   const std::vector<MapLine>& lines) {
-  SvgPlot plot{"Mapped lines over true edges, from above", "x [m]", "y [m]", true, {}};
-  plot.series.push_back({"true edges", kTruthColour, {}, SvgStyle::kSegments});
-  for (const PlySegment& edge : truth.seen) {
-    AddSegment(edge.start_world, edge.end_world, &plot.series.back());
-  }
-  for (const auto& [axis, name] : kAxisNames) {
-    SvgSeries series{name, PageColour(axis), {}, SvgStyle::kSegments};
-    for (const MapLine& line : lines) {
-      if (line.axis == axis) AddSegment(line.start_world, line.end_world, &series);
-    }
-    if (!series.points.empty()) plot.series.push_back(series);
-  }
-  WriteFile(path, DrawSvg(plot));
 }
 
 }  // namespace slcmap::evaluation

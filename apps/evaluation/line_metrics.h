@@ -81,14 +81,9 @@ void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
 // The lines laid over the truth, as the trajectory was.
 std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines);
 
-// Line metrics as a table to read, as JSON to compute with, and as a plan to look at.
+// Line metrics as a table to read, and as JSON to compute with.
 
 std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics);
 nlohmann::ordered_json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics);
-
-// Writes an SVG document: the seen parts of the true edges (grey) and the lines, coloured by axis,
-// from above. Throws OutputError.
-void WriteLinePlan(const std::string& path, const TrueEdges& truth,
-                   const std::vector<MapLine>& lines);
 
 }  // namespace slcmap::evaluation

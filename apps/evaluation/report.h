@@ -1,9 +1,8 @@
-// What reports are made of: figures of nothing, and plots as SVG.
+// What reports are made of: figures, also of nothing.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
 
-#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -40,32 +39,5 @@ inline double QuantileFigure(std::vector<double> values, double share) {
 inline std::string FigureText(double figure, int digits) {
   return std::isnan(figure) ? "-" : fmt::format("{:.{}f}", figure, digits);
 }
-
-// Line plots as SVG, for reports that need no plotting program.
-
-enum class SvgStyle {
-  kCurve,    // through all points
-  kSegments  // each two points are the ends of a segment; one without length is a dot
-};
-
-struct SvgSeries {
-  std::string label;
-  std::string colour;  // of CSS, such as "#2060c0"
-  std::vector<Eigen::Vector2d> points;
-  SvgStyle style = SvgStyle::kCurve;
-};
-
-struct SvgPlot {
-  std::string title, x_label, y_label;
-  bool equal_scale = false;  // a metre is as long on both axes
-  std::vector<SvgSeries> series;
-};
-
-// The distance between ticks, so that there are so many at most: 1, 2 or 5 times a power of ten.
-double TickStep(double range, int most_ticks);
-
-// The SVG document of a plot; the series may be empty. Of a curve of more than 30,000 points only
-// those that show are drawn.
-std::string DrawSvg(const SvgPlot& plot);
 
 }  // namespace slcmap::evaluation

@@ -4,20 +4,15 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "apps/evaluation/report.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "data/io/csv.h"
-#include "data/io/file.h"
 #include "mapping/external_poses/pose_reading.h"
-#include "odometry/run/run_rows.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -250,156 +245,6 @@ Json TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& met
                     {"percent_of_path", metrics.loop->percent}};
   }
   return json;
-}
-
-namespace {
-
-constexpr char kPlotTruthColour[] = "#888888";
-constexpr char kEstimateColour[] = "#d03020";
-constexpr char kRotationColour[] = "#2060c0";
-
-// Both trajectories seen along one axis of the true world; `vertical` is the world axis that is
-// drawn upwards.
-SvgPlot TrajectoryView(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
-                       const std::string& y_label) {
-  SvgPlot plot{title, "x [m]", y_label, true, {}};
-  SvgSeries truth{"truth", kPlotTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
-  for (const AssociatedPose& pose : metrics.poses) {
-    const Eigen::Vector3d& t = pose.T_world_truth.translation;
-    const Eigen::Vector3d e =
-        metrics.absolute.front().alignment.Position(pose.T_world_estimate.translation);
-    truth.points.emplace_back(t.x(), t[vertical]);
-    estimate.points.emplace_back(e.x(), e[vertical]);
-  }
-  plot.series = {truth, estimate};
-  return plot;
-}
-
-SvgPlot ErrorOverTime(const TrajectoryMetrics& metrics) {
-  const AbsoluteError& error = metrics.absolute.front();
-  SvgPlot plot{"Error after alignment by position and yaw", "time [s]", "error", false, {}};
-  SvgSeries position{"position [cm]", kEstimateColour, {}},
-      rotation{"rotation [deg]", kRotationColour, {}};
-  for (std::size_t i = 0; i < metrics.poses.size(); ++i) {
-    const double time_s = ToSeconds(metrics.poses[i].stamp_ns - metrics.poses.front().stamp_ns);
-    position.points.emplace_back(time_s, 100 * error.position_errors_m[i]);
-    rotation.points.emplace_back(time_s, error.rotation_errors_deg[i]);
-  }
-  plot.series = {position, rotation};
-  return plot;
-}
-
-}  // namespace
-
-std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
-                                              const TrajectoryMetrics& metrics) {
-  MakeFolder(folder);
-  const std::vector<std::pair<std::string, SvgPlot>> plots = {
-      {folder + "/top.svg", TrajectoryView(metrics, "Seen from above", 1, "y [m]")},
-      {folder + "/side.svg", TrajectoryView(metrics, "Seen from the side", 2, "z [m]")},
-      {folder + "/error.svg", ErrorOverTime(metrics)}};
-  std::vector<std::string> paths;
-  for (const auto& [path, plot] : plots) {
-    WriteFile(path, DrawSvg(plot));
-    paths.push_back(path);
-  }
-  return paths;
-}
-
-namespace {
-
-constexpr int kNumbers = 28;  // of a row; then come their standard deviations
-constexpr int kFirstColumn = 2;
-constexpr std::array<const char*, 3> kColours = {"#d03020", "#20a040", "#2060c0"};
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-
-// Numbers of a row that are one item.
-struct Item {
-  const char *file, *title, *unit;
-  int first, count;
-  double scale;
-};
-constexpr std::array<Item, 8> kItems{
-    {{"time_offset", "Time offset found, less what was given", "ms", 0, 1, 1e3},
-     {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegreesPerRadian},
-     {"lever", "Lever of the IMU found, less what was given", "mm", 4, 3, 1e3},
-     {"right_rotation", "Turn of the right camera found, less what was given", "deg", 7, 3,
-      kDegreesPerRadian},
-     {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100},
-     {"right_centre", "Principal point of the right camera found, less what was given", "px", 11, 2,
-      1},
-     {"accel_scale", "Scale of the accelerometer found, less what was given", "%", 13, 3, 100},
-     {"gyro_scale", "Scale of the gyroscope found, less what was given", "%", 19, 3, 100}}};
-
-double ValueAt(const CsvTable& table, std::size_t row, int number) {
-  return table.Number(row, kFirstColumn + number);
-}
-
-double SigmaAt(const CsvTable& table, std::size_t row, int number) {
-  return table.Number(row, kFirstColumn + kNumbers + number);
-}
-
-bool WasEstimated(const CsvTable& table, const Item& item) {
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    for (int i = item.first; i < item.first + item.count; ++i) {
-      if (SigmaAt(table, row, i) > 0) return true;
-    }
-  }
-  return false;
-}
-
-double LargestFrom(std::size_t first_row, const CsvTable& table, const Item& item) {
-  double largest = 0;
-  for (std::size_t row = first_row; row < table.rows(); ++row) {
-    for (int i = item.first; i < item.first + item.count; ++i) {
-      largest = std::max(largest, std::abs(ValueAt(table, row, i)) + SigmaAt(table, row, i));
-    }
-  }
-  return item.scale * largest;
-}
-
-// The largest that is drawn, to either side of what was given: of all rows where an item was given
-// up early.
-double Limit(const CsvTable& table, const Item& item) {
-  const double of_most = LargestFrom(table.rows() / 3, table, item);
-  return of_most > 0 ? of_most : LargestFrom(0, table, item);
-}
-
-SvgPlot MakePlot(const CsvTable& table, const Item& item) {
-  SvgPlot plot{item.title, "time [s]", std::string("correction [") + item.unit + "]", false, {}};
-  const double limit = Limit(table, item);
-  const auto place = [&](double value) { return std::clamp(item.scale * value, -limit, limit); };
-  for (int i = 0; i < item.count; ++i) {
-    const char* axis = item.count > 1 ? kAxes[i] : "found";
-    SvgSeries curve{axis, kColours[i], {}},
-        bars{std::string(axis) + ", sigma", kColours[i], {}, SvgStyle::kSegments};
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      const double time_s = 1e-9 * static_cast<double>(table.Integer(row, 0) - table.Integer(0, 0));
-      const double value = ValueAt(table, row, item.first + i);
-      const double sigma = SigmaAt(table, row, item.first + i);
-      curve.points.emplace_back(time_s, place(value));
-      bars.points.emplace_back(time_s, place(value - sigma));
-      bars.points.emplace_back(time_s, place(value + sigma));
-    }
-    plot.series.push_back(std::move(curve));
-    plot.series.push_back(std::move(bars));
-  }
-  return plot;
-}
-
-}  // namespace
-
-std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
-                                               const std::string& calibration_csv) {
-  const CsvTable table = CsvTable::Read(calibration_csv, RunColumns().at(kCalibrationTable));
-  MakeFolder(folder);
-  std::vector<std::string> paths;
-  for (const Item& item : kItems) {
-    if (!WasEstimated(table, item)) continue;
-    paths.push_back(folder + "/" + item.file + ".svg");
-    WriteFile(paths.back(), DrawSvg(MakePlot(table, item)));
-  }
-  return paths;
 }
 
 }  // namespace slcmap::evaluation

@@ -1,4 +1,4 @@
-// Trajectory metrics as tables, JSON and plots, and why an estimate may be of another form.
+// Trajectory metrics as tables and JSON, and why an estimate may be of another form.
 #pragma once
 
 #include <functional>
@@ -45,25 +45,5 @@ struct EvaluationInputs {
 std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
 nlohmann::ordered_json TrajectoryJson(const EvaluationInputs& inputs,
                                       const TrajectoryMetrics& metrics);
-
-// Plots of an evaluated trajectory.
-
-// Writes top.svg (x, y) and side.svg (x, z), with the estimate laid over the truth by position and
-// yaw, and error.svg (position and rotation error over time) into a folder, which is made where it
-// is missing. Returns the files' paths. Throws OutputError.
-std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
-                                              const TrajectoryMetrics& metrics);
-
-// Plots of what a run found of its rig's calibration.
-
-// Draws a run folder's calibration.csv over time, an item a file: time_offset.svg (ms),
-// imu_rotation.svg (degrees), lever.svg (mm), right_rotation.svg (degrees), focal_length.svg
-// (percent) and right_centre.svg (px), into a folder, which is made where it is missing. Curves are
-// corrections of what was given, bars their standard deviations to either side; items that were
-// held have no file. The range is that of the last two thirds of the rows, and what lies beyond is
-// drawn at its border. Returns the files' paths. Throws DataError where the table is not one,
-// OutputError.
-std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
-                                               const std::string& calibration_csv);
 
 }  // namespace slcmap::evaluation

@@ -216,26 +216,6 @@ std::string LabelWithUnit(const MapFigure& figure) {
   return figure.unit.empty() ? figure.label : figure.label + " [" + figure.unit + "]";
 }
 
-constexpr const char* kColours[] = {"#2060c0", "#c04020", "#208040",
-                                    "#8040a0", "#b08000", "#404040"};
-
-std::string ProfilePlot(const std::vector<MeasuredMap>& maps) {
-  SvgPlot plot{"The longest wall of each map, beside the plane fitted to it",
-               "along it [m]",
-               "off it [mm]",
-               false,
-               {}};
-  for (size_t i = 0; i < maps.size(); ++i) {
-    if (maps[i].longest_wall.empty()) continue;
-    SvgSeries series{EscapeMarkup(maps[i].name), kColours[i % std::size(kColours)], {}, {}};
-    for (const Eigen::Vector2d& p : maps[i].longest_wall) {
-      series.points.emplace_back(p.x(), 1e3 * p.y());
-    }
-    plot.series.push_back(std::move(series));
-  }
-  return plot.series.empty() ? "" : DrawSvg(plot);
-}
-
 }  // namespace
 
 std::vector<std::string> Ranking(const std::vector<MeasuredMap>& maps) {
@@ -306,14 +286,13 @@ std::string MapPage(const std::vector<MeasuredMap>& maps, const std::string& com
       "15px/1.5 "
       "system-ui, sans-serif; }\ntable { border-collapse: collapse; font-variant-numeric: "
       "tabular-nums; }\nth, td { padding: 3px 12px; text-align: right; border-bottom: 1px solid "
-      "#d9dee3; }\nth:first-child, td:first-child { text-align: left; } td.best { background: "
-      "#e3f1e8; }\nsvg { max-width: 820px; width: 100%; } code { overflow-wrap: anywhere; "
+      "#d9dee3; }\nth:first-child, td:first-child { text-align: left; } code { overflow-wrap: anywhere; "
       "}</style>\n"
       "<h1>Straightness of maps</h1>\n";
   for (const std::string& words : Ranking(maps)) {
     html += "<p>" + EscapeMarkup(words) + "</p>\n";
   }
-  html += ProfilePlot(maps) + "<table>\n<tr><th></th>";
+  html += "<table>\n<tr><th></th>";
   for (const MeasuredMap& map : maps) {
     html += fmt::format("<th title=\"{}\">{}</th>", EscapeMarkup(map.path), EscapeMarkup(map.name));
   }

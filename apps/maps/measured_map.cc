@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <map>
 #include <memory>
 
 #include "data/core/error.h"
@@ -15,7 +14,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRival = 0.9;  // of the overlap, for another place to be as good
-constexpr double kProfile_m = 0.25;
 
 ExternalMap ReadScaled(const std::string& path, double scale) {
   ExternalMap map = ReadExternalMap(path);
@@ -50,21 +48,6 @@ std::unique_ptr<TrueScan> ReadTruth(const MapsToMeasure& maps) {
   return truth;
 }
 
-// Means along the wall, to be drawn.
-std::vector<Eigen::Vector2d> DrawProfile(const FoundFace& face) {
-  std::map<int64_t, Vector3d> sums;  // along, off, weight
-  for (const StraightSample& s : face.samples) {
-    auto [sum, is_new] = sums.try_emplace(std::lround(s.along_m / kProfile_m), Vector3d::Zero());
-    sum->second += s.weight * Vector3d(s.along_m, s.off_m, 1);
-  }
-  std::vector<Eigen::Vector2d> profile;
-  for (const auto& [place, sum] : sums) profile.emplace_back(sum.x() / sum.z(), sum.y() / sum.z());
-  if (profile.empty()) return profile;
-  const double from_m = profile.front().x();
-  for (Eigen::Vector2d& p : profile) p.x() -= from_m;
-  return profile;
-}
-
 ScanPlacement Place(const std::string& path, const MapSamples& samples, const TrueScan& truth,
                     bool as_they_are) {
   const ScanPlacement placed = PlaceOnTruth(path, samples, truth, as_they_are);
@@ -79,7 +62,7 @@ ScanPlacement Place(const std::string& path, const MapSamples& samples, const Tr
 
 MeasuredMap Measure(const NamedMap& named, const TrueScan* truth, bool as_they_are) {
   const ExternalMap map = ReadScaled(named.path, named.scale);
-  MeasuredMap measured{named.name, named.path, map.format, {}, {}, {}, {}, {}, {}, {}, {}};
+  MeasuredMap measured{named.name, named.path, map.format, {}, {}, {}, {}, {}, {}, {}};
   measured.points = static_cast<int64_t>(map.points.size());
   measured.filled = static_cast<int64_t>(map.filled.size());
   measured.triangles = static_cast<int64_t>(map.triangles.size());
@@ -99,7 +82,6 @@ MeasuredMap Measure(const NamedMap& named, const TrueScan* truth, bool as_they_a
     samples = SampleSurfaces(*surfaces);
     faces = FindFaces(*surfaces, samples.axes.axes.col(2));
     measured.walls = MeasureWalls(*surfaces, samples.axes, faces);
-    if (!faces.empty()) measured.longest_wall = DrawProfile(faces.front());
     placed.map = &*surfaces;
     placed.faces = &faces;
   }

@@ -30,8 +30,6 @@ struct MeasuredMap {
   std::optional<WallStraightness> walls;  // of a map with surfaces
   std::optional<LineStraightness> edges;  // of a map with lines
   std::optional<TruthAgreement> truth;
-  // The longest wall beside its plane: along it, off it.
-  std::vector<Eigen::Vector2d> longest_wall;
 };
 
 // Throws DataError, and StoppedError when progress says so.

@@ -24,29 +24,25 @@ using testing::ProcessResult;
 using testing::RunSlcmap;
 using testing::TempFolder;
 
-TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
+TEST(EvaluateCommand, PrintsTheTableAndWritesJson) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();
   WriteRunFolder(folder.Path("run"), run);
   EXPECT_EQ(RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
   const ProcessResult result =
       RunSlcmap("evaluate --truth " + folder.Path("map/trajectory.tum") + " --estimate " +
-                folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json") +
-                " --plots " + folder.Path("plots"));
+                folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json"));
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_THAT(result.output, AllOf(HasSubstr("posyaw"), HasSubstr("path      5.00 m (truth)")));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
   EXPECT_EQ(json["coverage"]["overall"], 1.0);
   // The drift of 2 cm a second, of which the yaw takes the most.
   EXPECT_NEAR(json["ape"]["posyaw"]["position_m"]["rmse"].get<double>(), 0.0046, 0.001);
-  for (const char* plot : {"top.svg", "side.svg", "error.svg"}) {
-    EXPECT_TRUE(std::filesystem::exists(folder.Path("plots/") + plot)) << plot;
-  }
 }
 
 TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
   const TempFolder folder;
-  const std::string run = folder.Path("run"), plots = folder.Path("plots");
+  const std::string run = folder.Path("run");
   OdometryRun made = testing::MakeLineRun();
   for (OnlineState& state : made.states) state.T_world_imu.translation.y() = 0;
   WriteRunFolder(run, made);
@@ -65,14 +61,13 @@ TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
                               " --estimate " + run + "/trajectory.tum --lines " + run +
                               "/lines.ply --true-edges " + folder.Write("edges.csv", edges);
   const ProcessResult result =
-      RunSlcmap(command + " --json " + folder.Path("metrics.json") + " --plots " + plots);
+      RunSlcmap(command + " --json " + folder.Path("metrics.json"));
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_THAT(result.output, HasSubstr("24 lines of 53.20 m"));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
   EXPECT_NEAR(json["lines"]["scores"][0]["recall"].get<double>(), 1, 1e-9);
   EXPECT_NEAR(json["lines"]["scores"][2]["precision"].get<double>(), 38 / 53.2, 1e-6);
   EXPECT_EQ(json["ape"].size(), 3u);
-  EXPECT_TRUE(std::filesystem::exists(plots + "/lines.svg"));
 
   ExpectError(RunSlcmap("evaluate --truth a --estimate b --lines c"), 2, "--true-edges");
   folder.Write("edges.csv", "none\n");

@@ -165,25 +165,21 @@ TEST_F(EvaluatedWalk, NothingThatIsReadIsReplaced) {
   ExpectError(Evaluate("--json " + truth_), 2, "--json: found " + truth_ + ", which is read");
   ExpectError(Evaluate("--json " + run_ + "/run.json"), 2, "which lies in a run (");
   ExpectError(Evaluate("--json " + run_ + "/deeper/figures.json"), 2, "which lies in a run (");
-  ExpectError(Evaluate("--plots " + run_), 2, "--plots: found " + run_ + ", which lies in a run");
   folder_.Write("unfinished/journal/header.json", "");
-  ExpectError(Evaluate("--plots " + folder_.Path("unfinished/plots")), 2, "which lies in a run (");
+  ExpectError(Evaluate("--json " + folder_.Path("unfinished/figures.json")), 2, "which lies in a run (");
   folder_.Write("map/map.json", "");
   folder_.Write("map/points.ply", "");
   ExpectError(Evaluate("--json " + folder_.Path("map/x.json")), 2, "which lies in a map (");
   folder_.Write("seq/mav0/cam0/data.csv", "");
   ExpectError(Evaluate("--json " + folder_.Path("seq/mav0/cam0/data.csv")), 2,
               "which lies in a recording (");
-  ExpectError(Evaluate("--plots " + folder_.Path("seq/plots")), 2, "which lies in a recording (");
   EXPECT_EQ(ReadText(truth_), truth);
   EXPECT_EQ(ReadText(run_ + "/run.json"), summary);
-  EXPECT_FALSE(std::filesystem::exists(run_ + "/top.svg"));
   folder_.Write("comparison/compare.json", R"({"format": "slcmap comparison"})");
   ExpectError(Evaluate("--json " + folder_.Path("comparison/evaluate.json")), 2,
               "which lies in a comparison (");
   folder_.Write("run.json", "{}");  // of something else
-  const std::string again =
-      "--json " + folder_.Path("figures.json") + " --plots " + folder_.Path("plots");
+  const std::string again = "--json " + folder_.Path("figures.json");
   EXPECT_EQ(Evaluate(again).exit_code, 0);
   EXPECT_EQ(Evaluate(again).exit_code, 0);
 }

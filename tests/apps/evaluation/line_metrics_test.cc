@@ -264,11 +264,6 @@ TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   EXPECT_NEAR(json["scores"][2]["precision"].get<double>(), 1, 1e-9);
   EXPECT_NEAR(json["accuracy"]["offset_rms_m"].get<double>(), 0.03, 1e-9);
   EXPECT_TRUE(LineJson(inputs, EvaluateLines(kTwoEdges, {}, {}))["accuracy"].is_null());
-
-  const testing::TempFolder folder;
-  WriteLinePlan(folder.Path("lines.svg"), kTwoEdges, lines);
-  EXPECT_THAT(ReadFile(folder.Path("lines.svg")),
-              AllOf(HasSubstr(">true edges<"), HasSubstr(">no axis<"), HasSubstr("d=\"M")));
 }
 
 // A skirting of 5 m with a doorway of 1 m, and a jamb of 6 cm in it.

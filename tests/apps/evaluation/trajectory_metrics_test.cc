@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -13,14 +12,11 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/file.h"
-#include "odometry/run/run_rows.h"
-#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -259,87 +255,6 @@ TEST(TrajectoryReport, LowCoverageIsFlagged) {
   EXPECT_TRUE(json["coverage"]["flagged"]);
   EXPECT_EQ(json["coverage"]["overall"], 0.6);
   EXPECT_EQ(json["coverage"]["stamps"], "cam0/data.csv");
-}
-
-TEST(TrajectoryReport, PlotsAreWrittenAndAFullDiskIsNamed) {
-  const testing::TempFolder temp;
-  const std::string folder = temp.Path("plots");
-  const std::vector<std::string> paths = WriteTrajectoryPlots(folder, MakeMetrics(100));
-  ASSERT_EQ(paths.size(), 3u);
-  for (const std::string& path : paths) {
-    EXPECT_THAT(ReadFile(path), AllOf(::testing::StartsWith("<svg"), HasSubstr("polyline")));
-  }
-  std::filesystem::remove(folder + "/side.svg");
-  std::filesystem::create_symlink("/dev/full", folder + "/side.svg");
-  EXPECT_THAT([&] { WriteTrajectoryPlots(folder, MakeMetrics(100)); },
-              ::testing::ThrowsMessage<OutputError>(HasSubstr("side.svg")));
-}
-
-TEST(SvgPlot, PlacesPointsByScaleWithYUpwards) {
-  // Of the page's 710 x 505 plotting area, the height limits this square.
-  const std::string svg = DrawSvg({"t", "x", "y", true, {{"a < b", "#123456", {{0, 0}, {1, 1}}}}});
-  EXPECT_THAT(svg, HasSubstr("points=\"195.45,522.05 654.55,62.95 \""));
-  EXPECT_THAT(svg, HasSubstr("a &lt; b"));
-  // Segments are drawn apart, empty and flat series too.
-  const SvgSeries series{"s", "red", {{0, 0}, {1, 1}, {0, 1}, {0, 1}}, SvgStyle::kSegments};
-  EXPECT_THAT(DrawSvg({"t", "x", "y", true, {series}}),
-              HasSubstr("d=\"M195.45,522.05L654.55,62.95M195.45,62.95L195.45,62.95\""));
-  EXPECT_THAT(DrawSvg({"t", "x", "y", true, {{"none", "red", {}}}}), HasSubstr("</svg>"));
-  EXPECT_THAT(DrawSvg({"t", "x", "y", false, {{"flat", "red", {{0, 2}, {9, 2}}}}}),
-              AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
-}
-
-// Ten million poses would make a page of hundreds of megabytes.
-TEST(SvgPlot, OfALongCurveOnlyWhatShowsIsDrawn) {
-  SvgSeries curve{"long", "#123456", {}};
-  for (int i = 0; i < 500000; ++i) curve.points.emplace_back(i, i == 123456 ? 7 : i % 2);
-  const std::string svg = DrawSvg({"t", "x", "y", false, {curve}});
-  EXPECT_LT(svg.size(), 1000000u);
-  // The peak is at the upper end of the data, 5 % of its range below that of the page.
-  EXPECT_THAT(svg, HasSubstr(",62.95 "));
-}
-
-// The time offset, the focal length and a principal point get better known with each of the rows.
-std::string Table(int rows) {
-  std::string text = CsvHeader(RunColumns().at(kCalibrationTable)) + "\n";
-  for (int i = 0; i < rows; ++i) {
-    CalibrationEstimate estimate;
-    estimate.stamp_ns = int64_t{1'000'000'000} * (i + 1);
-    estimate.time_offset_s = 1e-3;
-    estimate.time_offset_sigma_s = 0.015 / (i + 1);
-    estimate.focal_length = -0.003;
-    estimate.focal_length_sigma = 0.002 / (i + 1);
-    estimate.right_centre_px = {1.5, -0.5};
-    estimate.right_centre_sigma_px = Eigen::Vector2d::Constant(1.0 / (i + 1));
-    text += Row(estimate);
-  }
-  return text;
-}
-
-TEST(CalibrationPlots, ShowWhatWasEstimated) {
-  const testing::TempFolder temp;
-  WriteFile(temp.Path("calibration.csv"), Table(30));
-  const std::string folder = temp.Path("plots");
-  ASSERT_THAT(WriteCalibrationPlots(folder, temp.Path("calibration.csv")),
-              ElementsAre(folder + "/time_offset.svg", folder + "/focal_length.svg",
-                          folder + "/right_centre.svg"));
-  EXPECT_THAT(ReadFile(folder + "/right_centre.svg"), HasSubstr("correction [px]"));
-  const std::string svg = ReadFile(folder + "/time_offset.svg");
-  EXPECT_THAT(svg, HasSubstr("correction [ms]"));
-  EXPECT_THAT(svg, HasSubstr("found, sigma"));
-  // Bars of the first rows, of 15 ms, end at the border: 2.4 ms in the last two thirds.
-  EXPECT_THAT(svg, HasSubstr("\"end\">2<"));
-  EXPECT_THAT(svg, ::testing::Not(HasSubstr("\"end\">10<")));
-}
-
-TEST(CalibrationPlots, AnEmptyTableHasNoneAndADamagedOneIsNamed) {
-  const testing::TempFolder temp;
-  WriteFile(temp.Path("calibration.csv"), Table(0));
-  EXPECT_THAT(WriteCalibrationPlots(temp.Path("plots"), temp.Path("calibration.csv")),
-              ::testing::IsEmpty());
-  WriteFile(temp.Path("calibration.csv"), "a,b\n");
-  EXPECT_THAT([&] { WriteCalibrationPlots(temp.Path("plots"), temp.Path("calibration.csv")); },
-              ::testing::ThrowsMessage<DataError>(HasSubstr("calibration.csv")));
 }
 
 }  // namespace
