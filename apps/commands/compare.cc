@@ -262,7 +262,6 @@ std::string FormatCommand(const CompareArguments& arguments) {
 void WriteReport(const Comparison& comparison, OutputFolder* output) {
   const std::string& folder = output->staging();
   WriteFile(folder + "/compare.csv", ComparisonCsv(comparison));
-  WriteFile(folder + "/compare.tex", ComparisonLatex(comparison));
   WriteFile(folder + "/report.html", ComparisonPage(comparison));
   WriteJsonFile(folder + "/compare.json", ComparisonJson(comparison));
   output->Commit();
@@ -291,9 +290,8 @@ void Compare(const CompareArguments& arguments) {
   }
   for (const std::string& file : CollectFiles(arguments.opened)) inputs.push_back(file);
   RefuseInputs(arguments.output, inputs);
-  OutputFolder output(
-      arguments.output,
-      {"a comparison", {"compare.json", "compare.csv", "compare.tex", "report.html"}}, inputs);
+  OutputFolder output(arguments.output,
+                      {"a comparison", {"compare.json", "compare.csv", "report.html"}}, inputs);
   output.Open();
   const std::string program = ProgramId();
   Comparison comparison;
@@ -310,7 +308,7 @@ void Compare(const CompareArguments& arguments) {
   }
   WriteReport(comparison, &output);
   std::fputs(ComparisonTable(comparison).c_str(), stdout);
-  std::printf("\nresults   %s/compare.json, compare.csv, compare.tex\nopen      %s/report.html\n",
+  std::printf("\nresults   %s/compare.json, compare.csv\nopen      %s/report.html\n",
               arguments.output.c_str(), arguments.output.c_str());
   RefuseEmpty(arguments.output, comparison);
 }

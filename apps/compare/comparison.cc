@@ -121,49 +121,6 @@ std::string GroupTable(const SequenceResult& sequence, FigureGroup group) {
   return "\n" + GroupTitle(group) + "\n" + text + Rows(columns);
 }
 
-std::string LatexText(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '\\') {
-      escaped += "\\textbackslash{}";
-    } else if (c == '~' || c == '^') {
-      escaped += fmt::format("\\{}{{}}", c);
-    } else {
-      if (std::string_view("_%&#${}").find(c) != std::string_view::npos) escaped += '\\';
-      escaped += c;
-    }
-  }
-  return escaped;
-}
-
-std::string LatexCell(const SequenceResult& sequence, const MethodResult& method,
-                      const FigureInfo& figure) {
-  const Spread spread = ComputeSpread(method.Values(figure.key));
-  if (spread.count == 0) return "--";
-  std::string number = fmt::format("{:.{}f}", spread.mean, figure.digits);
-  const std::vector<Ranked> all = sequence.Of(figure);
-  const auto best = FindBestMethod(all, figure.less_is_better);
-  if (best && all[*best].name == method.name) number = "\\mathbf{" + number + "}";
-  if (spread.count > 1) number += fmt::format(" \\pm {:.{}f}", spread.deviation, figure.digits);
-  return "$" + number + "$";
-}
-
-std::string LatexTable(const SequenceResult& sequence, FigureGroup group) {
-  const std::vector<FigureInfo> figures = SelectFigures(sequence, group, true);
-  if (figures.empty()) return "";
-  std::string text = fmt::format(
-      "\\begin{{table}}\n\\caption{{{}: {}}}\n\\begin{{tabular}}{{l{}}}\n",
-      LatexText(sequence.name), LatexText(GroupTitle(group)), std::string(figures.size(), 'r'));
-  for (const FigureInfo& figure : figures) text += " & " + LatexText(Head(figure));
-  text += " \\\\\n\\hline\n";
-  for (const MethodResult& method : sequence.methods) {
-    text += LatexText(method.name);
-    for (const FigureInfo& figure : figures) text += " & " + LatexCell(sequence, method, figure);
-    text += " \\\\\n";
-  }
-  return text + "\\end{tabular}\n\\end{table}\n";
-}
-
 }  // namespace
 
 std::vector<double> MethodResult::Values(const std::string& key) const {
@@ -240,14 +197,6 @@ std::string ComparisonTable(const Comparison& comparison) {
       for (const std::string& remark : method.remarks) text += method.name + ": " + remark + "\n";
     }
     for (const std::string& note : NotesOn(sequence, comparison.repeats)) text += note + "\n";
-  }
-  return text;
-}
-
-std::string ComparisonLatex(const Comparison& comparison) {
-  std::string text = "% slcmap compare, " + comparison.date + "\n";
-  for (const SequenceResult& sequence : comparison.sequences) {
-    for (const FigureGroup group : kFigureGroups) text += LatexTable(sequence, group);
   }
   return text;
 }

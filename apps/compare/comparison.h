@@ -59,7 +59,6 @@ std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGrou
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 std::string ComparisonCsv(const Comparison& comparison);    // a row a method and figure
 std::string ComparisonTable(const Comparison& comparison);  // for a terminal
-std::string ComparisonLatex(const Comparison& comparison);
 
 // Which measures were made without truth, and what the floor under them is, in words.
 std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats);

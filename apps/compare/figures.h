@@ -23,7 +23,7 @@ struct FigureInfo {
   int digits;
   bool less_is_better = true;
   bool needs_truth = false;
-  bool in_table = true;  // of the terminal, LaTeX and the page; files hold all
+  bool in_table = true;  // of the terminal and the page; files hold all
 };
 
 // In the order of the tables.
