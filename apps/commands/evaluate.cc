@@ -58,13 +58,7 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   const std::filesystem::path beside(arguments.lines.truth);
   const std::string surfaces = std::filesystem::path(beside).replace_filename("surfaces.ply");
   const std::string rig = std::filesystem::path(beside).replace_filename("rig.yaml");
-  const std::string building = std::filesystem::path(beside).replace_filename("building.json");
   std::error_code error;
-  if (std::filesystem::exists(building, error)) {
-    const TrueBuilding truth = ReadTrueBuilding(building);
-    edges->doorways = OpenDoorways(truth);
-    edges->openings = OutlinesOfOpenings(truth);
-  }
   if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
   Warnings warnings;
   edges->clear =

@@ -9,10 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "apps/evaluation/line_gaps.h"
 #include "apps/evaluation/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/io/ply.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -25,6 +26,84 @@ double Length(const std::vector<PlySegment>& segments) {
   double length_m = 0;
   for (const PlySegment& segment : segments) length_m += Length(segment);
   return length_m;
+}
+
+constexpr double kSpacing_m = 0.1;    // of the points that stand for a segment in the tree
+constexpr double kRounding_m = 1e-3;  // beyond that of the tree's floats
+
+double Distance(const PlySegment& segment, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d along = segment.end_world - segment.start_world;
+  const double place = (point - segment.start_world).dot(along) / along.squaredNorm();
+  return (segment.start_world + std::clamp(place, 0.0, 1.0) * along - point).norm();
+}
+
+double Angle(const PlySegment& segment, const Eigen::Vector3d& direction) {
+  return LineAngle_rad(segment.end_world - segment.start_world, direction);
+}
+
+// Points along the segments, none further than half the spacing from a place on its segment, and
+// which one each is of.
+std::vector<Eigen::Vector3f> PointsAlong(const std::vector<PlySegment>& segments,
+                                         std::vector<std::size_t>* segment_of) {
+  std::vector<Eigen::Vector3f> points;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const Eigen::Vector3d along = segments[i].end_world - segments[i].start_world;
+    const double count = std::max(std::ceil(along.norm() / kSpacing_m), 1.0);
+    for (double k = 0.5; k < count; ++k) {
+      points.push_back((segments[i].start_world + k / count * along).cast<float>());
+      segment_of->push_back(i);
+    }
+  }
+  return points;
+}
+
+// Finds the segment that lies beside a point.
+class SegmentIndex {
+ public:
+  // How a point with a direction lies to the segment found.
+  struct Match {
+    double distance_m = 0;
+    double angle_rad = 0;  // between the directions, in [0, pi / 2]: a segment has no sense
+    std::size_t segment = 0;
+  };
+
+  // All segments must have an extent.
+  explicit SegmentIndex(std::vector<PlySegment> segments);
+
+  // The nearest of the segments within both limits; distances are to the segment, not to its line.
+  // `direction` has length 1.
+  std::optional<Match> Nearest(const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
+                               double max_distance_m, double max_angle_rad) const;
+
+ private:
+  std::vector<PlySegment> segments_;
+  std::vector<std::size_t> segment_of_;  // by point of the tree
+  PointTree tree_;
+};
+
+SegmentIndex::SegmentIndex(std::vector<PlySegment> segments)
+    : segments_(std::move(segments)), tree_(PointsAlong(segments_, &segment_of_)) {}
+
+std::optional<SegmentIndex::Match> SegmentIndex::Nearest(const Eigen::Vector3d& point,
+                                                         const Eigen::Vector3d& direction,
+                                                         double max_distance_m,
+                                                         double max_angle_rad) const {
+  PointTree::Found near;
+  tree_.FindWithin(point.cast<float>(), max_distance_m + kSpacing_m / 2 + kRounding_m, &near);
+  std::vector<int>& found = near.items;
+  for (int& index : found) index = static_cast<int>(segment_of_[index]);
+  // In the order of segments, so that the first of equally near ones is chosen.
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::optional<Match> best;
+  for (const int index : found) {
+    const PlySegment& segment = segments_[static_cast<std::size_t>(index)];
+    const Match match{Distance(segment, point), Angle(segment, direction),
+                      static_cast<std::size_t>(index)};
+    if (match.distance_m > max_distance_m || match.angle_rad > max_angle_rad) continue;
+    if (!best || match.distance_m < best->distance_m) best = match;
+  }
+  return best;
 }
 
 // Calls visit(segment, length, match) for each sample of the segments, one segment after the other:
@@ -221,7 +300,6 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
                               ComputeShare(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
-  metrics.gaps = EvaluateLineGaps(truth, lines);
   if (truth.clear) {
     metrics.clear_length_m = Length(*truth.clear);
     const MatchedLengths clear =
@@ -334,13 +412,6 @@ std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics) {
         accuracy.direction_mean_deg, accuracy.direction_rms_deg, accuracy.offset_rms_m,
         accuracy.length_m, metrics.scores.back().tolerance_m);
   }
-  if (metrics.gaps.gaps + metrics.gaps.pairs > 0) {
-    text += fmt::format(
-        "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart, {} of {} of "
-        "these at jambs\n",
-        metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs,
-        metrics.gaps.jambs_kept, metrics.gaps.jambs);
-  }
   if (!metrics.kinds.empty()) text += KindTable(metrics);
   return text;
 }
@@ -356,9 +427,6 @@ Json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics) {
   json["scores"] = Json::array();
   for (const LineScore& score : metrics.scores) json["scores"].push_back(ScoreJson(score));
   json["accuracy"] = metrics.accuracy ? AccuracyJson(*metrics.accuracy) : Json();
-  json["gaps"] = {{"found", metrics.gaps.gaps}, {"kept", metrics.gaps.gaps_kept}};
-  json["pairs"] = {{"found", metrics.gaps.pairs}, {"kept", metrics.gaps.pairs_kept}};
-  json["jambs"] = {{"found", metrics.gaps.jambs}, {"kept", metrics.gaps.jambs_kept}};
   if (!metrics.kinds.empty()) json["kinds"] = KindsJson(metrics);
   return json;
 }

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluation/line_gaps.h"
 #include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/truth.h"
@@ -65,7 +64,6 @@ struct LineMetrics {
   std::optional<LineAccuracy> accuracy;  // nothing where no sample is correct
   double marks_length_m = 0;
   std::vector<KindScore> kinds;  // by tolerance; none of a map without marks
-  LineGaps gaps;
 };
 
 // Compares lines with edges in the same world. Throws DataError when their lengths take more than

@@ -44,11 +44,7 @@ TrueEdges SeenEdges(const std::vector<EdgeRow>& rows) {
   TrueEdges edges;
   const EdgeRow* last = nullptr;  // of edges.whole; the parts of a piece follow each other
   for (const EdgeRow& row : rows) {
-    if (!HasExtent(row.whole)) continue;
-    if (!seen.contains(row.edge)) {
-      edges.unseen.push_back(row.whole);
-      continue;
-    }
+    if (!HasExtent(row.whole) || !seen.contains(row.edge)) continue;
     if (IsSeen(row)) edges.seen.push_back(row.Seen());
     if (!last || last->edge != row.edge || !SameEnds(last->whole, row.whole)) {
       edges.whole.push_back(row.whole);

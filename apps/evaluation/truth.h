@@ -25,10 +25,6 @@ struct TrueEdges {
   std::vector<int64_t> edge_of_whole = {};
   // The parts that they saw well, where that is known.
   std::optional<std::vector<PlySegment>> clear = {};
-  std::vector<PlySegment> unseen = {};  // edges of which they saw nothing
-  // Outlines of the openings that one goes through, on each face of a wall.
-  std::vector<std::vector<Eigen::Vector3d>> doorways = {};
-  std::vector<std::vector<Eigen::Vector3d>> openings = {};  // outlines of all doors and windows
 };
 
 // A row of edges.csv: a part of an edge, or of a straight piece of a bent one, that the cameras

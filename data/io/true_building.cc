@@ -82,28 +82,7 @@ TrueRoom ParseRoom(const std::string& path, const Json& json) {
   return room;
 }
 
-template <typename IsWanted>
-std::vector<std::vector<Vector3d>> CollectOutlines(const TrueBuilding& building,
-                                                   IsWanted is_wanted) {
-  std::vector<std::vector<Vector3d>> outlines;
-  for (const TrueWall& wall : building.walls) {
-    for (const TrueOpening& opening : wall.openings) {
-      if (is_wanted(opening)) outlines.push_back(opening.outline_world);
-    }
-  }
-  return outlines;
-}
-
 }  // namespace
-
-std::vector<std::vector<Vector3d>> OpenDoorways(const TrueBuilding& building) {
-  return CollectOutlines(
-      building, [](const TrueOpening& opening) { return opening.is_door && opening.is_open; });
-}
-
-std::vector<std::vector<Vector3d>> OutlinesOfOpenings(const TrueBuilding& building) {
-  return CollectOutlines(building, [](const TrueOpening&) { return true; });
-}
 
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building) {
   Json json = {{"format", kFormat}, {"version", kVersion}, {"cell_m", building.cell_m}};

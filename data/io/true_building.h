@@ -47,12 +47,6 @@ struct TrueBuilding {
   std::vector<TrueRoom> rooms;
 };
 
-// Outlines of the openings that one goes through, on each face of a wall.
-std::vector<std::vector<Eigen::Vector3d>> OpenDoorways(const TrueBuilding& building);
-
-// Those of all doors and windows, on each face of a wall.
-std::vector<std::vector<Eigen::Vector3d>> OutlinesOfOpenings(const TrueBuilding& building);
-
 // Throws OutputError.
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building);
 

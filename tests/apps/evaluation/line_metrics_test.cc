@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "apps/evaluation/line_gaps.h"
 #include "apps/evaluation/truth.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
@@ -264,74 +263,6 @@ TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   EXPECT_NEAR(json["scores"][2]["precision"].get<double>(), 1, 1e-9);
   EXPECT_NEAR(json["accuracy"]["offset_rms_m"].get<double>(), 0.03, 1e-9);
   EXPECT_TRUE(LineJson(inputs, EvaluateLines(kTwoEdges, {}, {}))["accuracy"].is_null());
-}
-
-// A skirting of 5 m with a doorway of 1 m, and a jamb of 6 cm in it.
-class LineGapsTest : public ::testing::Test {
- protected:
-  LineGapsTest() {
-    truth_.whole = {{{0, 0, 0}, {2, 0, 0}},
-                    {{3, 0, 0}, {5, 0, 0}},
-                    {{2, 0, 0}, {2, 0, 2}},
-                    {{2, 0.06, 0}, {2, 0.06, 2}}};
-    truth_.seen = truth_.whole;
-    truth_.clear = truth_.whole;
-    truth_.doorways = {{{2, 0, 0}, {3, 0, 0}, {3, 0, 2}, {2, 0, 2}}};
-  }
-
-  const MapLine before_ = Mapped({0.1, 0.01, 0}, {1.95, 0.01, 0});
-  const MapLine behind_ = Mapped({3.02, 0, 0.01}, {4.9, 0, 0.01});
-  const MapLine front_ = Mapped({2, 0.01, 0.1}, {2, 0.01, 1.9});
-  const MapLine back_ = Mapped({2, 0.055, 1.9}, {2, 0.055, 0.1});
-  TrueEdges truth_;
-};
-
-TEST_F(LineGapsTest, AreKeptByLinesThatEndThereAndLostByOneThatGoesThrough) {
-  const LineGaps kept = EvaluateLineGaps(truth_, {before_, behind_, front_, back_});
-  EXPECT_EQ(kept.gaps, 1);
-  EXPECT_EQ(kept.gaps_kept, 1);
-  EXPECT_EQ(kept.pairs, 1);
-  EXPECT_EQ(kept.pairs_kept, 1);
-  const LineGaps lost = EvaluateLineGaps(truth_, {Mapped({0.1, 0, 0}, {4.9, 0, 0})});
-  EXPECT_EQ(lost.gaps, 1);
-  EXPECT_EQ(lost.gaps_kept, 0);
-  // Edges that the map lacks tell nothing.
-  EXPECT_EQ(EvaluateLineGaps(truth_, {before_}).gaps, 0);
-  EXPECT_EQ(EvaluateLineGaps(truth_, {before_}).pairs, 0);
-  EXPECT_EQ(EvaluateLineGaps(truth_, {}).pairs_kept, 0);
-}
-
-TEST_F(LineGapsTest, AreOneWhicheverWayTheEdgesRun) {
-  for (const size_t turned : {0, 1, 0}) {
-    std::swap(truth_.whole[turned].start_world, truth_.whole[turned].end_world);
-    EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 1);
-  }
-}
-
-TEST_F(LineGapsTest, ThatHoldAnEdgeOrAClosedDoorAreNone) {
-  TrueEdges closed = truth_;
-  closed.doorways[0] = {{2, 1, 0}, {3, 1, 0}, {3, 1, 2}, {2, 1, 2}};
-  EXPECT_EQ(EvaluateLineGaps(closed, {before_, behind_}).gaps, 0);
-  truth_.unseen.push_back({{2, 0.02, 0}, {3, 0.02, 0}});  // a threshold
-  EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 0);
-}
-
-TEST_F(LineGapsTest, PairsAtTheSidesOfOpeningsAreJambs) {
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 0);
-  truth_.openings = truth_.doorways;
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 1);
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs_kept, 1);
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs_kept, 0);
-  for (Eigen::Vector3d& corner : truth_.openings[0]) corner.x() += 0.2;
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs, 0);
-}
-
-TEST_F(LineGapsTest, OneLineForTwoEdgesKeepsNoPair) {
-  const LineGaps one = EvaluateLineGaps(truth_, {front_});
-  EXPECT_EQ(one.pairs, 1);
-  EXPECT_EQ(one.pairs_kept, 0);
-  truth_.clear.reset();
-  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).pairs, 0);
 }
 
 double Length(const std::vector<PlySegment>& parts) {
