@@ -45,9 +45,8 @@ struct CompareArguments {
   std::vector<std::string> variants;  // NAME=file.yaml
   int repeats = 1;
   int threads = 2;
-  PoseForm form;           // of the trajectories
-  SequenceOptions opened;  // how the sequences are opened
-  bool map = false;
+  PoseForm form;              // of the trajectories
+  SequenceOptions opened;     // how the sequences are opened
   ExternalMapArguments maps;  // by other systems, instead of sequences
 };
 
@@ -185,9 +184,8 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
   sequence.path = path;
   sequence.true_poses = FindTruePoses(path);
   sequence.true_edges = FindTrueEdges(path);
-  const RunPlan plan{
-      arguments.output + "/runs", arguments.repeats, arguments.map,
-      arguments.threads,          program,           SequenceArguments(arguments.opened)};
+  const RunPlan plan{arguments.output + "/runs", arguments.repeats, arguments.threads, program,
+                     SequenceArguments(arguments.opened)};
   const std::vector<MethodToRun> methods = MethodsToRun(arguments);
   const Progress progress = StageProgress(sequence.name + " runs");
   const auto count = static_cast<double>(methods.size());
@@ -248,7 +246,6 @@ std::string FormatCommand(const CompareArguments& arguments) {
       fmt::format(" --methods {}", Quoted(fmt::format("{}", fmt::join(arguments.methods, ","))));
   if (arguments.repeats > 1) command += fmt::format(" --repeats {}", arguments.repeats);
   command += fmt::format(" --threads {}", arguments.threads);
-  if (arguments.map) command += " --map";
   for (const std::string& opened : SequenceArguments(arguments.opened)) {
     command += " " + Quoted(opened);
   }
@@ -380,8 +377,6 @@ void AddCompareCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--threads", arguments->threads, "Threads of each run")
       ->capture_default_str();
-  command->add_flag("--map", arguments->map,
-                    "Make the dense map of each run too, and measure its walls (slow)");
   command->footer(
       "Examples:\n  slcmap compare MH_01_easy V1_01_easy -o report --repeats 3\n"
       "  slcmap compare SEQ -o report --methods points,slc --with orbslam=poses.tum\n"

@@ -31,8 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kKeyLength = 10;           // of a checksum, in folders' names
-constexpr double kRunBesideDenseMap = 0.4;  // share of the time, about
+constexpr size_t kKeyLength = 10;  // of a checksum, in folders' names
 constexpr char kSaysShare[] = "slcmap: info: odometry ";
 
 // Everything that decides what a run is; the text is also the configuration that it gets.
@@ -46,8 +45,7 @@ std::string FormatOptions(const MethodToRun& method, int repeat) {
   if (!method.method.empty()) odometry.method = MethodFromName(method.method);
   odometry.Check();
   odometry.points.max_points = PointsOfRepeat(odometry.points.max_points, repeat);
-  MappingOptions mapping = ReadMappingOptions(method.config);
-  mapping.planes.draw_sigmas = 0;  // what is drawn to planes is flat whatever the poses are
+  const MappingOptions mapping = ReadMappingOptions(method.config);
   return odometry.ToYaml() + verdict.ToYaml() + mapping.ToYaml();
 }
 
@@ -131,8 +129,8 @@ struct Repeat {
   std::string problem;
 };
 
-// Makes the run and the map without images; false where that was not possible.
-bool MakeRun(const std::string& sequence, const std::string& config, const std::string& folder,
+// Makes the run and the map without images, or says what the problem is.
+void MakeRun(const std::string& sequence, const std::string& config, const std::string& folder,
              const RunPlan& plan, const Progress& progress, Repeat* made) {
   const std::string& run = made->folders.run;
   const std::string threads = std::to_string(plan.threads);
@@ -140,17 +138,16 @@ bool MakeRun(const std::string& sequence, const std::string& config, const std::
     spdlog::info("{}: kept from before", folder);
   } else {
     std::error_code error;
-    for (const char* map : {"/map", "/dense_map"}) fs::remove_all(folder + map, error);
+    fs::remove_all(folder + "/map", error);
     std::vector<std::string> arguments = {"odometry", sequence, "-o",        run,
                                           "--config", config,   "--threads", threads};
     arguments.insert(arguments.end(), plan.opened.begin(), plan.opened.end());
     made->problem =
         RunStage(arguments, run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
   }
-  if (!made->problem.empty()) return false;
+  if (!made->problem.empty()) return;
   made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config},
                           plan.threads, progress.Part(0.9, 1));
-  return made->problem.empty();
 }
 
 Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const std::string& id,
@@ -165,18 +162,8 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
   MakeFolder(folder);
   const std::string config = folder + "/options.yaml";
   WriteFile(config, options);
-  Repeat made{{folder + "/run", folder + "/map", plan.dense_maps ? folder + "/dense_map" : ""}, ""};
-  const double run_made = plan.dense_maps ? kRunBesideDenseMap : 1;
-  if (!MakeRun(sequence, config, folder, plan, progress.Part(0, run_made), &made)) {
-    return made;
-  }
-  if (!plan.dense_maps) return made;
-  const std::string problem =
-      MakeMap(made.folders.dense_map, {"map", made.folders.run, "--config", config}, plan.threads,
-              progress.Part(run_made, 1));
-  if (problem.empty()) return made;
-  spdlog::warn("{}: no dense map: {}", folder, problem);
-  made.folders.dense_map.clear();
+  Repeat made{{folder + "/run", folder + "/map"}, ""};
+  MakeRun(sequence, config, folder, plan, progress, &made);
   return made;
 }
 

@@ -19,7 +19,6 @@ struct MethodToRun {
 struct RunPlan {
   std::string folder;  // that keeps the runs
   int repeats = 1;
-  bool dense_maps = false;
   int threads = 2;
   std::string program;              // see ProgramId
   std::vector<std::string> opened;  // arguments that say how sequences are opened

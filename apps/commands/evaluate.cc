@@ -14,7 +14,6 @@
 #include "apps/evaluation/building_metrics.h"
 #include "apps/evaluation/line_metrics.h"
 #include "apps/evaluation/pipe_metrics.h"
-#include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/surface_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_report.h"
@@ -26,16 +25,10 @@
 #include "data/io/json.h"
 #include "data/io/true_building.h"
 #include "mapping/map/building.h"
-#include "mapping/map/map_folder.h"
 #include "mapping/map/part_files.h"
-#include "mapping/map/refinement.h"
-#include "odometry/run/run_folder.h"
 
 namespace slcmap::inline commands {
 namespace {
-
-// Shares of the time, about, that straightness takes.
-constexpr double kReferenceMade = 0.4, kTruthMeasured = 0.7;
 
 struct EvaluateArguments {
   EvaluationInputs inputs;
@@ -43,9 +36,6 @@ struct EvaluateArguments {
   SurfaceInputs surfaces;
   ComparedFiles building;
   ComparedFiles pipes;
-  std::string observations;  // a run folder
-  std::string map;           // a map folder
-  bool accept_changed = false;
   ExternalMapArguments maps;
   std::string json;
   double max_truth_gap_s = kMaxTruthGap_s;
@@ -129,73 +119,6 @@ Json EvaluatePipeMap(const ComparedFiles& inputs, const Alignment& alignment) {
   return PipeJson(inputs, metrics);
 }
 
-// Reads what is large, in which Ctrl-C would else go unheard.
-template <typename Read>
-auto AtOnce(Read read) {
-  const EndsAtOnce nothing_is_written;
-  return read();
-}
-
-std::string FormatSpan(const Trajectory& trajectory) {
-  return trajectory.empty() ? "none"
-                            : fmt::format("{} of {:.3f} to {:.3f} s", trajectory.size(),
-                                          ToSeconds(trajectory.front().stamp_ns),
-                                          ToSeconds(trajectory.back().stamp_ns));
-}
-
-// Observations of another recording would be measured as if there were none.
-void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun& run,
-                          const Trajectory& estimate, const Trajectory& truth) {
-  Trajectory keyframes;
-  for (const Keyframe& keyframe : run.keyframes) {
-    if (PoseAt(estimate, keyframe.stamp_ns) && PoseAt(truth, keyframe.stamp_ns)) return;
-    keyframes.push_back({keyframe.stamp_ns, keyframe.T_world_imu});
-  }
-  throw DataError(fmt::format(
-      "{}: found no keyframe at whose stamp {} and {} have a pose (keyframes: {}; estimated poses: "
-      "{}; true poses: {}), expected a run of the same recording and clock",
-      arguments.observations, arguments.inputs.estimate, arguments.inputs.truth,
-      FormatSpan(keyframes), FormatSpan(estimate), FormatSpan(truth)));
-}
-
-// With the observations of a run, which may be another than the estimate's.
-Json EvaluateStraightness(const EvaluateArguments& arguments) {
-  const Progress progress = StageProgress("straightness");
-  const Trajectory truth_poses = ReadTruth(arguments.inputs);
-  const Trajectory estimate = LoadEstimate(arguments.inputs, truth_poses).poses;
-  KnownTruth truth{truth_poses, {}};
-  if (!arguments.lines.truth.empty()) truth.edges = ReadTrueEdges(arguments.lines.truth);
-  OdometryRun run = AtOnce([&] {
-    return ReadRunFolder(arguments.observations, {.accept_changed = arguments.accept_changed});
-  });
-  RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
-  const Trajectory final_poses = RefineTrajectory(run, &run.warnings);
-  const StraightnessReference reference =
-      MakeReference(run, final_poses, {&estimate}, truth, progress.Part(0, kReferenceMade));
-  const Straightness with_truth = MeasureStraightness(
-      reference, truth.trajectory, {}, progress.Part(kReferenceMade, kTruthMeasured));
-  const Straightness straightness =
-      MeasureStraightness(reference, estimate, truth.trajectory, progress.Part(kTruthMeasured, 1));
-  std::printf("\nstraightness, with the observations of %s\n%s\nthe same with true poses\n%s",
-              arguments.observations.c_str(), StraightnessTable(straightness, &with_truth).c_str(),
-              StraightnessTable(with_truth, nullptr).c_str());
-  return {{"observations", arguments.observations},
-          {"estimate", StraightnessJson(straightness, &with_truth)},
-          {"truth", StraightnessJson(with_truth, nullptr)}};
-}
-
-Json EvaluateMapStraightness(const std::string& folder, bool accept_changed) {
-  const MapResult map =
-      AtOnce([&] { return ReadMapFolder(folder, {.accept_changed = accept_changed}); });
-  const MapStraightness straightness =
-      MeasureMapStraightness(map.building, map.dense, StageProgress("walls"));
-  std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
-              MapStraightnessTable(straightness).c_str());
-  Json json = MapStraightnessJson(straightness);
-  json["map"] = folder;
-  return json;
-}
-
 // Before anything is read.
 void CheckPaths(const EvaluateArguments& a) {
   const std::vector<std::string> inputs = {
@@ -204,8 +127,6 @@ void CheckPaths(const EvaluateArguments& a) {
       a.surfaces.occupancy, a.building.truth,         a.building.mapped, a.pipes.truth,
       a.pipes.mapped};
   RefuseAsResult("--json", a.json, inputs);
-  if (!a.observations.empty()) ExpectFolder(a.observations, FolderKind::kRun);
-  if (!a.map.empty()) ExpectFolder(a.map, FolderKind::kMap);
 }
 
 void Evaluate(EvaluateArguments arguments) {
@@ -236,10 +157,6 @@ void Evaluate(EvaluateArguments arguments) {
     }
     if (const std::string& pipes = arguments.pipes.mapped; !pipes.empty()) {
       json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned({pipes}));
-    }
-    if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
-    if (!arguments.map.empty()) {
-      json["map"] = EvaluateMapStraightness(arguments.map, arguments.accept_changed);
     }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
@@ -322,25 +239,14 @@ void AddEvaluateCommand(CLI::App& app) {
   CLI::Option* lines =
       command->add_option("--lines", arguments->lines.mapped,
                           "Mapped lines, an edge-PLY, in the world of the estimate");
-  CLI::Option* observations = command->add_option(
-      "--observations", arguments->observations,
-      "Run folder of the sequence: measure how straight its observations are, each placed alone "
-      "with the estimate's poses");
-  command->add_option("--map", arguments->map,
-                      "Map folder, made from images: measure how flat and straight its walls are");
-  command->add_flag("--accept-changed", arguments->accept_changed,
-                    "Also take files of the run and the map that are not as they were written; "
-                    "values are checked in any case");
   command->callback([=] {
     if (maps->count() > 0) return EvaluateMaps(*arguments);
     if (truth->count() == 0) throw CLI::RequiredError("--truth");
     if (estimate->count() == 0) throw CLI::RequiredError("--estimate");
-    if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
-      throw CLI::RequiresError("--true-edges", "--lines or --observations");
-    }
     Evaluate(*arguments);
   });
   lines->needs(true_edges);
+  true_edges->needs(lines);
   AddSurfaceOptions(command, arguments.get());
   CLI::Option* true_building =
       command->add_option("--true-building", arguments->building.truth,

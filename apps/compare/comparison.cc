@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/straightness_report.h"
+#include "apps/evaluation/wall_survey.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -226,7 +226,7 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   notes.push_back(
       fmt::format("A real wall may bend by {:.0f} mm over 10 m (DIN 18202): less cannot "
                   "be blamed on a map of one.",
-                  1e3 * BuildingFloor_m(10)));
+                  1e3 * AllowedGap_m(10)));
   notes.push_back(repeats < 2
                       ? "One run each: nothing says how far they scatter, so nothing is ranked."
                       : fmt::format("Mean and standard deviation of {} runs with other numbers of "

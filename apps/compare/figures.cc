@@ -35,15 +35,6 @@ const std::vector<FigureInfo>& AllFigures() {
       {"line_precision_5cm_percent", "lines within 5 cm", "%", kLines, 1, false, true},
       {"line_recall_5cm_percent", "edges found within 5 cm", "%", kLines, 1, false, true},
       {"line_redundancy", "redundancy of lines", "", kLines, 2, true, true, false},
-      {"dense_mpv_mm2", "MPV of the dense cloud", "mm2", kDenseMap, 2},
-      {"dense_mme_nats", "MME of the dense cloud", "nats", kDenseMap, 3},
-      {"dense_mom_mm2", "MOM of the dense cloud", "mm2", kDenseMap, 2},
-      {"wall_gap_1m_mm", "gap under 1 m", "mm", kDenseMap, 1},
-      {"wall_gap_4m_mm", "gap under 4 m", "mm", kDenseMap, 1},
-      {"wall_gap_10m_mm", "gap under 10 m", "mm", kDenseMap, 1},
-      {"wall_gap_15m_mm", "gap under 15 m", "mm", kDenseMap, 1},
-      {"wall_lean_mm", "lean a storey", "mm", kDenseMap, 1},
-      {"wall_distance_bound_mm", "face to face, +-95 %", "mm", kDenseMap, 1, true, false, false},
       {"cpu_ms_a_pair", "CPU a pair", "ms", kCost, 1},
       {"wall_s_a_second", "time a second", "s", kCost, 3, true, false, false},
       {"peak_memory_mib", "memory", "MiB", kCost, 0}};
@@ -87,23 +78,13 @@ std::string DescribeFigure(const std::string& key) {
       {"mme_nats", "mean map entropy of the same points: less is crisper"},
       {"mom_mm2", "mean plane variance over mutually orthogonal planes of the same points"},
       {"bend_4m_mm",
-       "median gap under a straightedge of 4 m that the poses add to that of true poses"},
+       "largest gap under a straightedge of 4 m that the poses add to that of true poses"},
       {"bend_10m_mm", "the same under 10 m"},
       {"distance_95_mm", "95 % bound of the error of distances between opposite walls"},
       {"line_precision_5cm_percent",
        "share of the mapped length with a true edge within 5 cm and 10 degrees"},
       {"line_recall_5cm_percent", "share of the length of seen edges with a line that near"},
       {"line_redundancy", "mapped length over that of the edges found: 1 is ideal"},
-      {"dense_mpv_mm2", "mean plane variance of the dense cloud"},
-      {"dense_mme_nats", "mean map entropy of the dense cloud: less is crisper"},
-      {"dense_mom_mm2", "mean plane variance over mutually orthogonal planes of the dense cloud"},
-      {"wall_gap_1m_mm", "median over the walls of the largest gap under a straightedge of 1 m"},
-      {"wall_gap_4m_mm", "the same under 4 m"},
-      {"wall_gap_10m_mm", "the same under 10 m"},
-      {"wall_gap_15m_mm", "the same under 15 m"},
-      {"wall_lean_mm", "median lean of the walls over a storey of 2.75 m"},
-      {"wall_distance_bound_mm",
-       "median half width of the 95 % intervals of distances between opposite walls"},
       {"cpu_ms_a_pair", "processor time of the odometry for a pair of images, of all threads"},
       {"wall_s_a_second", "time that passed for a second of the recording: 1 is real time"},
       {"peak_memory_mib", "most memory that the odometry had at once"}};
@@ -118,8 +99,6 @@ std::string GroupTitle(FigureGroup group) {
       return "Straightness, all with the same observations";
     case FigureGroup::kLines:
       return "Line map, against true edges";
-    case FigureGroup::kDenseMap:
-      return "Dense map: flatness, and walls as surveyors measure them";
     case FigureGroup::kCost:
       break;
   }

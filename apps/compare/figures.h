@@ -8,12 +8,11 @@
 
 namespace slcmap::inline evaluation {
 
-enum class FigureGroup { kTrajectory, kStraightness, kLines, kDenseMap, kCost };
+enum class FigureGroup { kTrajectory, kStraightness, kLines, kCost };
 
 // In the order of the tables.
-inline constexpr FigureGroup kFigureGroups[] = {FigureGroup::kTrajectory,
-                                                FigureGroup::kStraightness, FigureGroup::kLines,
-                                                FigureGroup::kDenseMap, FigureGroup::kCost};
+inline constexpr FigureGroup kFigureGroups[] = {
+    FigureGroup::kTrajectory, FigureGroup::kStraightness, FigureGroup::kLines, FigureGroup::kCost};
 
 struct FigureInfo {
   const char* key;    // in files; names the unit

@@ -8,7 +8,6 @@
 #include <map>
 
 #include "apps/evaluation/line_metrics.h"
-#include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "data/source/sequence.h"
@@ -32,7 +31,6 @@ struct Measured {
   std::vector<int64_t> stamps_ns;  // that should have a pose; empty: unknown
   std::vector<MapLine> lines;
   RunTimings timings;
-  std::string dense_map;
   std::string remark;  // on the run's own verdict
 };
 
@@ -61,7 +59,6 @@ Measured ReadMeasured(const RunFolders& folders, size_t method) {
   }
   measured.lines = map.lines;
   measured.timings = run.timings;
-  measured.dense_map = folders.dense_map;
   if (run.states.empty()) {
     measured.remark = "a run has no pose at all";
   } else if (run.verdict && run.verdict->level == VerdictLevel::kFailed) {
@@ -125,14 +122,6 @@ void AddGap(const EdgeStraightness& edges, double from_s, const char* key, Figur
   }
 }
 
-void AddFlatness(const std::optional<FlatnessMetrics>& flatness, const std::string& prefix,
-                 Figures* figures) {
-  if (!flatness) return;
-  (*figures)[prefix + "mpv_mm2"] = 1e6 * flatness->mpv_m2;
-  (*figures)[prefix + "mme_nats"] = flatness->mme;
-  if (flatness->mom_m2) (*figures)[prefix + "mom_mm2"] = 1e6 * *flatness->mom_m2;
-}
-
 void AddStraightness(const Straightness& straightness, const Straightness* truth,
                      Figures* figures) {
   const EdgeStraightness& edges = straightness.edges;
@@ -149,16 +138,18 @@ void AddStraightness(const Straightness& straightness, const Straightness* truth
       (*figures)["orthogonality_deg"] = *straightness.directions->orthogonality_deg;
     }
   }
-  AddFlatness(straightness.flatness, "", figures);
+  if (const auto& flatness = straightness.flatness) {
+    (*figures)["mpv_mm2"] = 1e6 * flatness->mpv_m2;
+    (*figures)["mme_nats"] = flatness->mme;
+    if (flatness->mom_m2) (*figures)["mom_mm2"] = 1e6 * *flatness->mom_m2;
+  }
   if (!truth || !straightness.added) return;
-  for (const GapSummary& gap : Summarize(*straightness.added, nullptr).gaps) {
-    if (gap.walls == 0 || (gap.length_m != 4 && gap.length_m != 10)) continue;
-    (*figures)[fmt::format("bend_{:g}m_mm", gap.length_m)] = 1e3 * gap.worst_m;
+  for (const double length_m : kSurveyStraightedges_m) {
+    const auto worst_m = WorstGap_m(*straightness.added, length_m);
+    if (worst_m) (*figures)[fmt::format("bend_{:g}m_mm", length_m)] = 1e3 * *worst_m;
   }
-  const SurveySummary summary = Summarize(straightness.survey, &truth->survey);
-  if (summary.distance_error_95_m) {
-    (*figures)["distance_95_mm"] = 1e3 * *summary.distance_error_95_m;
-  }
+  const auto error_95_m = DistanceError95_m(straightness.survey, truth->survey);
+  if (error_95_m) (*figures)["distance_95_mm"] = 1e3 * *error_95_m;
 }
 
 void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alignment& alignment,
@@ -172,20 +163,6 @@ void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alig
     Set("line_recall_5cm_percent", 100 * score.recall, figures);
     Set("line_redundancy", score.redundancy, figures);
   }
-}
-
-// Medians over the walls of a dense map, which are its own.
-void AddDenseFigures(const std::string& folder, const Progress& progress, Figures* figures) {
-  const MapResult map = ReadMapFolder(folder);
-  const MapStraightness straightness = MeasureMapStraightness(map.building, map.dense, progress);
-  AddFlatness(straightness.flatness, "dense_", figures);
-  const SurveySummary summary = Summarize(straightness.survey, nullptr);
-  for (const GapSummary& gap : summary.gaps) {
-    if (gap.walls == 0) continue;
-    (*figures)[fmt::format("wall_gap_{:g}m_mm", gap.length_m)] = 1e3 * gap.median_m;
-  }
-  Set("wall_lean_mm", 1e3 * summary.lean_median_m, figures);
-  Set("wall_distance_bound_mm", 1e3 * summary.distance_bound_median_m, figures);
 }
 
 void AddCost(const RunTimings& timings, Figures* figures) {
@@ -312,9 +289,6 @@ class SequenceMeasurer {
                                           progress.Part(0.3, 0.6)),
                       with_truth_ ? &*with_truth_ : nullptr, &figures);
       if (!result_.truth_is_floor) figures.erase("edge_thickness_beyond_mm");
-    }
-    if (!measured.dense_map.empty()) {
-      AddDenseFigures(measured.dense_map, progress.Part(0.6, 1), &figures);
     }
     AddCost(measured.timings, &figures);
     MethodResult& method = result_.methods[measured.method];

@@ -14,8 +14,7 @@ namespace slcmap::inline evaluation {
 // The folders of one finished run.
 struct RunFolders {
   std::string run;
-  std::string map;        // made without images
-  std::string dense_map;  // "" where none was asked for
+  std::string map;  // made without images
 };
 
 struct MeasuredMethod {

@@ -413,4 +413,9 @@ std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& obser
   return kept;
 }
 
+double ThicknessBeyond_m(double thickness_m, double with_true_poses_m) {
+  const double squares = thickness_m * thickness_m - with_true_poses_m * with_true_poses_m;
+  return std::isnan(squares) ? kNoFigure : std::sqrt(std::max(0.0, squares));
+}
+
 }  // namespace slcmap::evaluation

@@ -74,6 +74,10 @@ struct EdgeStraightness {
 EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
                                     const Trajectory& trajectory, const Progress& progress = {});
 
+// What is left of a thickness without that which the observations have with true poses: by squares,
+// as errors add up that have nothing to do with each other.
+double ThicknessBeyond_m(double thickness_m, double with_true_poses_m);
+
 // The observations without those that are far from the line through all of their edge, with the
 // poses of one trajectory: of things that its run took for the edge and are not. To be called once,
 // for all trajectories.

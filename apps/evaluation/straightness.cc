@@ -31,7 +31,6 @@ constexpr double kMaxDirectionSigma_rad = 0.01;
 constexpr double kMinLine_m = 0.3;
 constexpr double kMaxFlatSigma_m = 0.02;  // of the points whose flatness is measured
 constexpr double kRadius_m = 0.3;         // of the neighbourhood of a point of a run
-constexpr double kDenseRadius_m = 0.1;    // the same of a dense cloud
 constexpr double kMaxNormal_deg = 10;     // of a normal from an axis, for MOM
 
 constexpr double kLeastVariance_m2 = 1e-12;  // of a micrometre: keeps the entropy finite
@@ -109,8 +108,6 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, FlatnessMetr
 }
 
 }  // namespace
-
-double FlatnessMetrics::thickness_m() const { return std::sqrt(mpv_m2); }
 
 std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& points, double radius_m,
                                                const Progress& progress) {
@@ -329,15 +326,6 @@ Straightness MeasureStraightness(const StraightnessReference& reference,
     result.added = SurveyWalls(BendsAdded(walls, true_walls, Vector3d::UnitZ()), Vector3d::UnitZ());
   }
   return result;
-}
-
-MapStraightness MeasureMapStraightness(const Building& building,
-                                       const std::vector<DensePoint>& cloud,
-                                       const Progress& progress) {
-  std::vector<Vector3d> points;
-  for (const DensePoint& point : cloud) points.push_back(point.p_world);
-  return {MeasureFlatness(points, kDenseRadius_m, progress),
-          SurveyWalls(WallsOfMap(building, cloud), Vector3d::UnitZ())};
 }
 
 }  // namespace slcmap::evaluation

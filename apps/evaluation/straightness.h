@@ -1,4 +1,4 @@
-// How straight, flat and square a run or a map is, without a true building.
+// How straight, flat and square a run is, without a true building.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +23,6 @@ struct FlatnessMetrics {
   double mme = 0;                // mean map entropy: of 0.5 ln det(2 pi e covariance), in nats
   int64_t on_planes = 0;         // points on mutually orthogonal planes
   std::optional<double> mom_m2;  // MPV over these; nothing where there are none
-
-  double thickness_m() const;  // square root of MPV
 };
 
 // radius_m: of a point's neighbourhood. Nothing where no point has neighbours enough. Throws
@@ -87,14 +85,5 @@ struct Straightness {
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
                                  const Progress& progress = {});
-
-// The same of a map that was made from images, by its points of stereo depth, which are free.
-struct MapStraightness {
-  std::optional<FlatnessMetrics> flatness;
-  Survey survey;  // of the map's own walls
-};
-MapStraightness MeasureMapStraightness(const Building& building,
-                                       const std::vector<DensePoint>& cloud,
-                                       const Progress& progress = {});
 
 }  // namespace slcmap::evaluation

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "apps/evaluation/report.h"
 #include "data/core/math.h"
@@ -17,15 +16,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSurveyMinPoints = 5;         // that a place is made of
-constexpr double kPointSigma_m = 0.005;     // no point counts as if it were known better
-constexpr double kSurveyMinLength_m = 1;    // of a wall
-constexpr double kSurveyMinHeight_m = 0.8;  // for its verticality
-// between opposite faces; between square ones from 90 degrees
-constexpr double kMaxParallel_deg = 3;
-// of a point from the plane that says which wall it is of
-constexpr double kMapWallMaxDistance_m = 0.05;
-constexpr double kMapWallMaxAngle_deg = 20;  // between their normals
+constexpr int kSurveyMinPoints = 5;       // that a place is made of
+constexpr double kPointSigma_m = 0.005;   // no point counts as if it were known better
+constexpr double kSurveyMinLength_m = 1;  // of a wall
+constexpr double kMaxParallel_deg = 3;    // between opposite faces
 
 constexpr int kSurveyIterations = 6;
 constexpr double kCauchy_m = 0.02;    // a point so far from its face counts half
@@ -33,8 +27,6 @@ constexpr double kKnownPlaces = 0.7;  // of those under a straightedge
 constexpr double kLeastSpan = 0.9;    // of a straightedge, between the outer places under it
 constexpr double kSurveyLeastBeside_m = 0.5;  // of faces that face each other
 constexpr double kSurveyMostApart_m = 30;     // the same; DIN 18202 goes no further
-constexpr double kNear_m = 1;                 // of faces that an angle is between, at their ends
-constexpr double kMedianSpread = 1.2533;
 
 constexpr double kStep_m = 0.25;  // between the places of a wall's profile
 
@@ -127,7 +119,7 @@ class ProfileMaker {
   double Along(const PlacedInWorld& p) const { return face_.along.dot(p.p_world - face_.middle); }
 
   ProfilePlace MakeProfilePlace(const std::vector<const PlacedInWorld*>& around) const {
-    std::vector<WeightedValue> off, spread;
+    std::vector<WeightedValue> off;
     double along_m = 0, weights = 0;
     for (const PlacedInWorld* p : around) {
       const double weight = 1 / NormalVariance(*p, face_.normal);
@@ -135,13 +127,7 @@ class ProfileMaker {
       along_m += weight * Along(*p);
       weights += weight;
     }
-    ProfilePlace place{along_m / weights, WeightedMedian(off), 0};
-    for (const WeightedValue& v : off) {
-      spread.push_back({std::abs(v.value - place.off_m), v.weight});
-    }
-    place.sigma_m = kMedianSpread * kSigmaOfMedian * WeightedMedian(spread) /
-                    std::sqrt(static_cast<double>(around.size()));
-    return place;
+    return {along_m / weights, WeightedMedian(off)};
   }
 
   const Face& face_;
@@ -188,47 +174,27 @@ Interval Inner(std::vector<double> values) {
   return {values[cut], values[values.size() - 1 - cut]};
 }
 
-// How well the plane is known in the middle: neighbours share what is wrong with them, so that
-// places count, not points.
-double ComputeSigma(const std::vector<ProfilePlace>& profile) {
-  if (profile.size() < 2) return kNoFigure;
-  double squares = 0;
-  for (const ProfilePlace& place : profile) {
-    squares += place.off_m * place.off_m + place.sigma_m * place.sigma_m;
-  }
-  const auto n = static_cast<double>(profile.size());
-  return std::sqrt(squares / n / (n - 1));
-}
-
 std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up) {
   if (wall.points.size() < 3) return std::nullopt;
   const Face face = FitFace(wall, up);
   std::vector<double> along_m, up_m;
   SurveyedFace result;
   result.wall = wall.wall;
-  result.points = static_cast<int64_t>(wall.points.size());
   result.middle_world = face.middle;
   result.normal_world = face.normal;
   for (const PlacedInWorld& p : wall.points) {
     along_m.push_back(face.along.dot(p.p_world - face.middle));
     up_m.push_back(face.upwards.dot(p.p_world - face.middle));
-    result.rms_m += face.Off(p.p_world) * face.Off(p.p_world);
   }
-  result.rms_m = std::sqrt(result.rms_m / static_cast<double>(wall.points.size()));
   const Interval along = Inner(along_m), upwards = Inner(up_m);
   result.length_m = along.length_m();
-  result.height_m = upwards.length_m();
   if (!(result.length_m >= kSurveyMinLength_m)) return std::nullopt;
   result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
-  result.profile = ProfileMaker(face).Make(wall.points);
-  result.sigma_m = ComputeSigma(result.profile);
+  const std::vector<ProfilePlace> profile = ProfileMaker(face).Make(wall.points);
   for (const double length_m : kSurveyStraightedges_m) {
-    const auto gap_m = GapUnder_m(result.profile, length_m, kStep_m);
+    const auto gap_m = GapUnder_m(profile, length_m, kStep_m);
     if (gap_m) result.gaps.push_back({length_m, *gap_m});
-  }
-  if (result.height_m >= kSurveyMinHeight_m) {
-    result.lean_m = kSurveyStorey_m * std::abs(std::asin(face.normal.dot(up)));
   }
   return result;
 }
@@ -257,22 +223,7 @@ std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const Surveye
   const double distance_m =
       (b.middle_world - place).dot(b.normal_world) / across.dot(b.normal_world);
   if (!(distance_m > 0.3 && distance_m < kSurveyMostApart_m)) return std::nullopt;
-  return FaceDistance{a.wall, b.wall, distance_m, 1.96 * std::hypot(a.sigma_m, b.sigma_m)};
-}
-
-std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace& b,
-                                      const Vector3d& up) {
-  const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
-  const double off_rad = std::asin(level(a.normal_world).dot(level(b.normal_world)));
-  if (std::abs(off_rad) > kMaxParallel_deg / kDegreesPerRadian) return std::nullopt;
-  // Each reaches, within a metre, to where the other's plane is.
-  for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    const Interval stretch = FindExtent(*wall, other->normal_world, other->middle_world, up);
-    if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
-  }
-  const double leg_m = std::min(a.length_m, b.length_m);
-  return FaceAngle{a.wall, b.wall, std::abs(off_rad) * kDegreesPerRadian, std::abs(off_rad) * leg_m,
-                   leg_m};
+  return FaceDistance{a.wall, b.wall, distance_m};
 }
 
 }  // namespace
@@ -317,15 +268,6 @@ std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
   return added;
 }
 
-void AddAngles(const Vector3d& up_world, Survey* survey) {
-  for (size_t i = 0; i < survey->walls.size(); ++i) {
-    for (size_t j = i + 1; j < survey->walls.size(); ++j) {
-      const auto angle = AngleBetween(survey->walls[i], survey->walls[j], up_world);
-      if (angle) survey->angles.push_back(*angle);
-    }
-  }
-}
-
 Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_world) {
   Survey survey;
   for (const SurveyedPoints& wall : walls) {
@@ -337,64 +279,44 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
       if (const auto d = DistanceBetween(a, b, up_world)) survey.distances.push_back(*d);
     }
   }
-  AddAngles(up_world, &survey);
   return survey;
 }
 
-namespace {
-
-// A plane with the box around its outline, in axes along it.
-class WallRegion {
- public:
-  WallRegion(const BuildingPlane& plane)
-      : plane_(plane),
-        least_cosine_(std::cos(kMapWallMaxAngle_deg * std::numbers::pi / 180)),
-        along_(Vector3d::UnitZ().cross(plane.normal).normalized()) {
-    for (const Vector3d& p : plane.outline_world) box_.extend(OnPlane(p));
+std::optional<double> WorstGap_m(const Survey& survey, double length_m) {
+  std::optional<double> worst_m;
+  for (const SurveyedFace& wall : survey.walls) {
+    for (const StraightedgeGap& gap : wall.gaps) {
+      if (gap.length_m == length_m) worst_m = std::max(worst_m.value_or(0), gap.gap_m);
+    }
   }
-
-  bool Holds(const DensePoint& point) const {
-    const double off_m = plane_.normal.dot(point.p_world) - plane_.offset_m;
-    return std::abs(off_m) <= kMapWallMaxDistance_m &&
-           plane_.normal.dot(point.normal_world) >= least_cosine_ &&
-           box_.contains(OnPlane(point.p_world));
-  }
-
- private:
-  Eigen::Vector2d OnPlane(const Vector3d& p) const { return {along_.dot(p), p.z()}; }
-
-  const BuildingPlane& plane_;
-  const double least_cosine_;
-  const Vector3d along_;
-  Eigen::AlignedBox2d box_;
-};
-
-// The number of the wall that a plane is a face of, as plans have it; -1 where it is of none.
-int64_t FindWall(const BuildingPlane& plane, const Building& building) {
-  for (const PlanWall& wall : building.walls) {
-    const auto& ids = wall.plane_ids;
-    if (std::find(ids.begin(), ids.end(), plane.id) != ids.end()) return wall.id;
-  }
-  return -1;
+  return worst_m;
 }
 
-}  // namespace
-
-std::vector<SurveyedPoints> WallsOfMap(const Building& building,
-                                       const std::vector<DensePoint>& cloud) {
-  std::vector<SurveyedPoints> walls;
-  for (const BuildingPlane& plane : building.planes) {
-    if (plane.kind != PlaneKind::kWall) continue;
-    const WallRegion region(plane);
-    SurveyedPoints wall{FindWall(plane, building), (plane.offset_m + 1) * plane.normal, {}};
-    for (const DensePoint& point : cloud) {
-      if (!region.Holds(point)) continue;
-      const Vector3d spread = point.sigma_m * point.normal_world;
-      wall.points.push_back({point.p_world, spread * spread.transpose()});
+std::optional<double> DistanceError95_m(const Survey& survey, const Survey& truth) {
+  std::vector<double> errors_m;
+  for (const FaceDistance& d : survey.distances) {
+    for (const FaceDistance& t : truth.distances) {
+      if (d.first == t.first && d.second == t.second) {
+        errors_m.push_back(std::abs(d.distance_m - t.distance_m));
+      }
     }
-    if (!wall.points.empty()) walls.push_back(std::move(wall));
   }
-  return walls;
+  if (errors_m.empty()) return std::nullopt;
+  return QuantileFigure(errors_m, 0.95);
+}
+
+double AllowedGap_m(double length_m) {
+  // Lengths [m], and what is allowed there [mm].
+  constexpr std::array<std::pair<double, double>, 5> kAllowed = {
+      {{0.1, 3}, {1, 5}, {4, 10}, {10, 20}, {15, 25}}};
+  if (length_m <= kAllowed.front().first) return 1e-3 * kAllowed.front().second;
+  for (size_t i = 1; i < kAllowed.size(); ++i) {
+    const auto& [from_m, from_mm] = kAllowed[i - 1];
+    const auto& [to_m, to_mm] = kAllowed[i];
+    if (length_m > to_m) continue;
+    return 1e-3 * (from_mm + (to_mm - from_mm) * (length_m - from_m) / (to_m - from_m));
+  }
+  return 1e-3 * kAllowed.back().second;
 }
 
 }  // namespace slcmap::evaluation

@@ -286,7 +286,8 @@ std::string MapPage(const std::vector<MeasuredMap>& maps, const std::string& com
       "15px/1.5 "
       "system-ui, sans-serif; }\ntable { border-collapse: collapse; font-variant-numeric: "
       "tabular-nums; }\nth, td { padding: 3px 12px; text-align: right; border-bottom: 1px solid "
-      "#d9dee3; }\nth:first-child, td:first-child { text-align: left; } code { overflow-wrap: anywhere; "
+      "#d9dee3; }\nth:first-child, td:first-child { text-align: left; } code { overflow-wrap: "
+      "anywhere; "
       "}</style>\n"
       "<h1>Straightness of maps</h1>\n";
   for (const std::string& words : Ranking(maps)) {

@@ -66,9 +66,8 @@ SpreadPlaces MeanPlaces(const Samples& samples, double step_m, double noise_m) {
   SpreadPlaces places;
   std::vector<double> noises_m;
   for (const auto& [place, sum] : sums) {
-    const double sigma_m = noise_m * std::sqrt(sum.squares) / sum.weights;
-    places.profile.push_back({sum.along / sum.weights, sum.off / sum.weights, sigma_m});
-    noises_m.push_back(sigma_m);
+    places.profile.push_back({sum.along / sum.weights, sum.off / sum.weights});
+    noises_m.push_back(noise_m * std::sqrt(sum.squares) / sum.weights);
   }
   if (!noises_m.empty()) places.noise_m = Quantile(noises_m, 0.5);
   return places;

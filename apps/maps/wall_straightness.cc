@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "apps/evaluation/report.h"
-#include "apps/evaluation/straightness_report.h"
+#include "apps/evaluation/wall_survey.h"
 #include "apps/maps/map_straightness.h"
 #include "data/core/math.h"
 #include "mapping/map/point_index.h"
@@ -16,7 +16,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kAround_m = 0.15;
-constexpr double kAcrossLayer_m = 0.075;  // the other face of a thin wall is further
+constexpr double kAcrossLayer_m = 0.075;              // the other face of a thin wall is further
+constexpr double kStorey_m = 2.75;                    // that leaning is told for
+constexpr double kMaxOffSquare_deg = 3, kNear_m = 1;  // of faces that an angle is between
 constexpr size_t kLookedAt = 3000;
 constexpr size_t kFewAround = 10, kManyAround = 600;
 
@@ -70,20 +72,26 @@ Layer MeasureLayer(const SurfaceMap& map) {
   return {variances_m2 / count, entropies / count};
 }
 
-// As the surveys of a run have them, for what they say of walls beside each other.
-Survey AsSurvey(const std::vector<FoundFace>& faces, const Vector3d& up) {
-  Survey survey;
-  for (const FoundFace& face : faces) {
-    SurveyedFace wall;
-    wall.wall = static_cast<int64_t>(survey.walls.size());
-    wall.middle_world = face.middle;
-    wall.normal_world = face.normal;
-    wall.length_m = face.length_m;
-    wall.height_m = face.height_m;
-    survey.walls.push_back(wall);
+// The stretch of a face along a direction, from a place.
+Interval FindExtent(const FoundFace& face, const Vector3d& direction, const Vector3d& from,
+                    const Vector3d& up) {
+  const Vector3d half = 0.5 * face.length_m * up.cross(face.normal).normalized();
+  const auto [from_m, to_m] = std::minmax(
+      {direction.dot(face.middle - half - from), direction.dot(face.middle + half - from)});
+  return {from_m, to_m};
+}
+
+// How far faces are from 90 degrees that are about so and within a metre of each other.
+std::optional<double> FindOffSquare_deg(const FoundFace& a, const FoundFace& b,
+                                        const Vector3d& up) {
+  const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
+  const double off_rad = std::asin(level(a.normal).dot(level(b.normal)));
+  if (std::abs(off_rad) > kMaxOffSquare_deg / kDegreesPerRadian) return std::nullopt;
+  for (const auto& [face, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    const Interval stretch = FindExtent(*face, other->normal, other->middle, up);
+    if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
   }
-  AddAngles(up, &survey);
-  return survey;
+  return std::abs(off_rad) * kDegreesPerRadian;
 }
 
 double MeanSquareRoot(double squares, double weights) {
@@ -130,17 +138,22 @@ WallStraightness MeasureWalls(const SurfaceMap& map, const BuildingAxes& axes,
     const double area_m2 = face.length_m * face.height_m;
     result.area_m2 += area_m2;
     laid.push_back(LayStraightedges(face.samples, face.noise_m));
-    const double lean_m = kSurveyStorey_m * std::asin(face.normal.dot(up));
+    const double lean_m = kStorey_m * std::asin(face.normal.dot(up));
     lean_squares += area_m2 * lean_m * lean_m;
   }
   result.straightedges = Summarize(laid);
   result.lean_rms_m = MeanSquareRoot(lean_squares, result.area_m2);
   result.tilt_deg = axes.is_z_up ? axes.tilt_deg : kNoFigure;
   double angle_squares = 0, legs_m = 0;
-  for (const FaceAngle& angle : AsSurvey(faces, up).angles) {
-    ++result.angles;
-    angle_squares += angle.leg_m * angle.off_deg * angle.off_deg;
-    legs_m += angle.leg_m;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    for (size_t j = i + 1; j < faces.size(); ++j) {
+      const auto off_deg = FindOffSquare_deg(faces[i], faces[j], up);
+      if (!off_deg) continue;
+      const double leg_m = std::min(faces[i].length_m, faces[j].length_m);
+      ++result.angles;
+      angle_squares += leg_m * *off_deg * *off_deg;
+      legs_m += leg_m;
+    }
   }
   result.angle_rms_deg = MeanSquareRoot(angle_squares, legs_m);
   const Layer layer = MeasureLayer(map);

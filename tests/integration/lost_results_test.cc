@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <nlohmann/json.hpp>
 
 #include "odometry/run/run_folder.h"
 #include "tests/integration/made_map.h"
@@ -140,33 +139,14 @@ class EvaluatedWalk : public ::testing::Test {
   const std::string run_ = folder_.Path("run"), truth_ = folder_.Path("truth.tum");
 };
 
-TEST_F(EvaluatedWalk, ObservationsOfAnotherRecordingAreNamed) {
-  const ProcessResult right = Evaluate("--observations " + run_);
-  EXPECT_EQ(right.exit_code, 0) << right.error;
-  EXPECT_THAT(right.output, HasSubstr("each placed alone: 0.0"));
-
-  OdometryRun other = testing::RunOver(kWalk);
-  for (Keyframe& keyframe : other.keyframes) keyframe.stamp_ns += ToNanoseconds(1000);
-  for (OnlineState& state : other.states) state.stamp_ns += ToNanoseconds(1000);
-  WriteRunFolder(folder_.Path("other"), other);
-  const std::string json = folder_.Path("figures.json");
-  const ProcessResult wrong =
-      Evaluate("--observations " + folder_.Path("other") + " --json " + json);
-  EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.error, AllOf(HasSubstr("other: found no keyframe at whose stamp"),
-                                 HasSubstr("(keyframes: 40 of 1000.000 to 1019.500 s; estimated "
-                                           "poses: 40 of 0.000 to 19.500 s"),
-                                 HasSubstr("expected a run of the same recording and clock")));
-  EXPECT_FALSE(std::filesystem::exists(json));
-}
-
 TEST_F(EvaluatedWalk, NothingThatIsReadIsReplaced) {
   const std::string truth = ReadText(truth_), summary = ReadText(run_ + "/run.json");
   ExpectError(Evaluate("--json " + truth_), 2, "--json: found " + truth_ + ", which is read");
   ExpectError(Evaluate("--json " + run_ + "/run.json"), 2, "which lies in a run (");
   ExpectError(Evaluate("--json " + run_ + "/deeper/figures.json"), 2, "which lies in a run (");
   folder_.Write("unfinished/journal/header.json", "");
-  ExpectError(Evaluate("--json " + folder_.Path("unfinished/figures.json")), 2, "which lies in a run (");
+  ExpectError(Evaluate("--json " + folder_.Path("unfinished/figures.json")), 2,
+              "which lies in a run (");
   folder_.Write("map/map.json", "");
   folder_.Write("map/points.ply", "");
   ExpectError(Evaluate("--json " + folder_.Path("map/x.json")), 2, "which lies in a map (");
@@ -182,22 +162,6 @@ TEST_F(EvaluatedWalk, NothingThatIsReadIsReplaced) {
   const std::string again = "--json " + folder_.Path("figures.json");
   EXPECT_EQ(Evaluate(again).exit_code, 0);
   EXPECT_EQ(Evaluate(again).exit_code, 0);
-}
-
-TEST_F(EvaluatedWalk, FiguresOfAMapWithoutPointsAreNull) {
-  EXPECT_EQ(RunSlcmap("map " + run_ + " --sparse -o " + folder_.Path("map")).exit_code, 0);
-  ExpectError(Evaluate("--map " + run_), 1, "run: found a run folder, expected a map folder");
-  ExpectError(Evaluate("--observations " + folder_.Path("map")), 1,
-              "map: found a map folder, expected a run folder");
-  const std::string json = folder_.Path("figures.json");
-  const ProcessResult result = Evaluate("--map " + folder_.Path("map") + " --json " + json);
-  EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("flatness  too few points near each other"),
-                                   HasSubstr("walls     none with points enough")));
-  const auto map = nlohmann::json::parse(ReadText(json))["map"];
-  EXPECT_TRUE(map["flatness"].is_null());
-  EXPECT_TRUE(map["survey"]["lean_median_m"].is_null());
-  EXPECT_TRUE(map["survey"]["distance_bound_95_median_m"].is_null());
 }
 
 }  // namespace
