@@ -12,7 +12,6 @@
 #include "apps/commands/check.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/control_stage.h"
-#include "apps/commands/merge.h"
 #include "apps/commands/options.h"
 #include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
@@ -117,16 +116,6 @@ MapInput ReadInput(const MapArguments& arguments) {
           .sparse = arguments.sparse};
 }
 
-// The map that the run's is merged into; nothing where there is none.
-std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
-  if (arguments.into.empty()) return std::nullopt;
-  MapResult other = ReadMapToShow(arguments.into, arguments.accept_changed);
-  const std::vector<std::string> runs = CollectRuns(other);
-  if (run.id.empty() || std::find(runs.begin(), runs.end(), run.id) == runs.end()) return other;
-  throw DataError(fmt::format("{}: found run {} in the map already, expected one without it",
-                              arguments.into, run.id));
-}
-
 // What options cost is known late, by the run: their file is named then too.
 template <typename Build>
 MapResult NamingConfig(const std::string& config, Build build) {
@@ -137,62 +126,8 @@ MapResult NamingConfig(const std::string& config, Build build) {
   }
 }
 
-// Beside a folder, named after it; nothing is there.
-std::string FreePlaceBeside(const std::string& folder) {
-  const std::string self = FolderItself(folder);
-  std::string place = self + "-unmerged";
-  std::error_code error;
-  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(place, error)); ++i) {
-    place = fmt::format("{}-unmerged-{}", self, i);
-  }
-  return place;
-}
-
-// The run's own map, which took long to make, is kept until the merged one is there: merging may be
-// refused, and writing may fail. The place for it is taken before the work begins.
-class UnmergedMap {
- public:
-  UnmergedMap(const std::string& output, const std::string& into)
-      : into_(into), place_(FreePlaceBeside(output), MapFiles()) {
-    place_.Open();
-  }
-
-  ~UnmergedMap() {
-    if (!is_written_) return;
-    spdlog::warn("{}: the run's own map is kept there; slcmap merge {} {} takes it, with --at too",
-                 place_.path(), into_, place_.path());
-  }
-
-  void Write(const MapResult& map) {
-    WriteMapFolder(&place_, map);
-    is_written_ = true;
-  }
-
-  void Remove() {
-    is_written_ = false;
-    try {
-      place_.Clear();
-    } catch (const OutputError& error) {
-      spdlog::warn("{}: the run's own map, which is not needed any more, stays: {}", place_.path(),
-                   error.what());
-    }
-  }
-
- private:
-  const std::string into_;
-  OutputFolder place_;  // removes the folder where it is empty in the end
-  bool is_written_ = false;
-};
-
 // Where what finished stages made is beside a map until that is done.
 std::string StagesIn(const std::string& output) { return output + "/.stages"; }
-
-MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
-  if (Interrupted()) throw StoppedError("interrupted");
-  const MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
-  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at, options,
-                    StageProgress("merge"));
-}
 
 }  // namespace
 
@@ -230,32 +165,19 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), landmarks, run.lines.size());
   WarnOfRun(arguments.input, run);
-  std::optional<MapResult> other = OtherMap(arguments, run);
   if (run.source) RefuseInputs(output->path(), {run.source->sequence});
   output->Open();
-  std::optional<UnmergedMap> unmerged;
-  if (other) unmerged.emplace(output->path(), arguments.into);
   const std::string stages = StagesIn(output->path());
   // A run whose files were changed may be another one the next time.
   if (!arguments.accept_changed) input.stages = stages;
   input.control = control->FindInRun(run, arguments.sequence, StageProgress("tags"));
   MapResult map = NamingConfig(
       arguments.config, [&] { return BuildMap(std::move(input), options, StageProgress("map")); });
-  // One that was interrupted goes on from them.
-  const auto remove_stages = [&, interrupted = map.interrupted] {
-    if (!interrupted) StageStore::Remove(stages);
-  };
   if (!Interrupted()) control->Place(&map);
-  if (other) {
-    unmerged->Write(map);
-    remove_stages();
-    map = MergedInto(std::move(*other), std::move(map), arguments);
-  }
   if (!Interrupted()) plan->Compare(StageProgress("plan"), &map);
   names.Apply(&map);
   map.id = WriteMapFolder(output, map);
-  remove_stages();
-  if (unmerged) unmerged->Remove();
+  if (!map.interrupted) StageStore::Remove(stages);  // else it goes on from them
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
       output->path(), map.trajectory.size(), map.points.size(), landmarks, map.lines.size(),
@@ -275,19 +197,8 @@ struct MapCommand {
   std::string output;
 };
 
-void CheckInto(const MapArguments& arguments) {
-  ParseStart("--at", 3, arguments.at);
-  if (arguments.into.empty()) return;
-  ExpectFolder(arguments.into, FolderKind::kMap);
-  OptionsOfMerging(arguments.config, arguments.into);  // refuses them before the work is done
-  if (!arguments.sparse) return;
-  throw ConfigError(
-      "--sparse: found it beside --into, which compares what images show; expected either");
-}
-
 void CheckInput(const MapArguments& arguments) {
   CheckThreads(arguments.threads);
-  CheckInto(arguments);
   if (arguments.poses.empty()) {
     ExpectFolder(arguments.input, FolderKind::kRun);
     return;
@@ -307,9 +218,8 @@ void Map(const MapCommand& command) {
   ControlStage control(command.control);
   std::vector<std::string> inputs = CollectFiles(arguments.opened);
   for (const std::string& file : command.control.Files()) inputs.push_back(file);
-  for (const std::string& input :
-       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config,
-        arguments.names, command.plan.plan}) {
+  for (const std::string& input : {arguments.input, arguments.poses, arguments.sequence,
+                                   arguments.config, arguments.names, command.plan.plan}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);
@@ -344,14 +254,6 @@ void AddMapCommand(CLI::App& app) {
       ->add_option("--sequence", arguments.sequence,
                    "Where the recording of the run is, if it has moved since")
       ->excludes(poses);
-  CLI::Option* into =
-      command
-          ->add_option(
-              "--into", arguments.into,
-              "Map folder of the same building: the run's map is merged into its world, as "
-              "slcmap merge does it; the folder itself stays as it is")
-          ->type_name("MAP");
-  AddStartOption(*command, &arguments.at)->needs(into);
   AddPlanOptions(*command, &map->plan);
   AddControlOptions(*command, &map->control);
   AddNamesOption(*command, &arguments.names);
@@ -367,7 +269,6 @@ void AddMapCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap map OUT/run -o OUT/map\n"
       "  slcmap map SEQ --poses poses.tum -o MAP\n"
-      "  slcmap map OUT2/run --into OUT/map -o BUILDING\n"
       "  slcmap map OUT/run --control control.csv --crs EPSG:25832 -o OUT/map\n"
       "  slcmap map OUT/run --plan floor.png --plan-pixel-m 0.01 -o OUT/map");
   command->callback([map] { Map(*map); });

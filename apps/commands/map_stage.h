@@ -73,8 +73,6 @@ struct MapArguments {
   SequenceOptions opened;  // how the sequence is opened, with poses
   std::string sequence;    // where the run's recording has moved to; "": it is where it was
   std::string config;
-  std::string into;     // a map folder that the run's map is merged into; "": into none
-  std::string at;       // with it: about where, as --at says it
   std::string names;    // file of what rooms and the like are called; "": none
   bool sparse = false;  // from the run alone, without its recording's images
   bool accept_changed = false;
@@ -83,8 +81,8 @@ struct MapArguments {
 
 // Reads the run (also of files that were changed, if asked to) or the poses and builds the map,
 // writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
-// is done so far, and says that it is partial; what is merged into another is none then. Throws
-// what reading, mapping, merging and writing throw; an earlier map then stays as it was.
+// is done so far, and says that it is partial. Throws what reading, mapping and writing throw; an
+// earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options, PlanStage* plan,
                       ControlStage* control, OutputFolder* output);
 

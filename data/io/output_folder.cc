@@ -331,12 +331,6 @@ void OutputFolder::Commit(bool complete) {
   if (complete) RemoveAside();
 }
 
-void OutputFolder::Clear() {
-  Open();
-  // The summary last: as long as it is there, the rest is known to be the stage's.
-  RemoveNames(path_, {files_.names.rbegin(), files_.names.rend()});
-}
-
 std::string OutputFolder::MoveAside() {
   Open();
   std::string aside;

@@ -93,9 +93,6 @@ class OutputFolder {
   // results are in place, what was moved aside is removed. Throws OutputError.
   void Commit(bool complete = true);
 
-  // Removes what the stage left here, now or before. Throws OutputError.
-  void Clear();
-
   // Moves what the stage left here before to a new folder within, "previous-1" or the next that is
   // free, logs its path and returns it; "" where there was nothing. Throws OutputError.
   std::string MoveAside();

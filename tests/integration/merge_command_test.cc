@@ -1,4 +1,4 @@
-// slcmap merge, and map --into.
+// slcmap merge, and maps that were stopped.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
@@ -106,30 +106,6 @@ TEST_F(MergeCommand, MapsThatCannotBeMergedAreNamed) {
   ExpectError(Merge("a", "sparse"), 1, "--sparse");
 }
 
-TEST_F(MergeCommand, MapIntoIsChecked) {
-  const std::string map = "map " + Path("run") + " -o " + Path("out") + " ";
-  ExpectError(RunSlcmap(map + "--at 1,2,3,4"), 2, "--into");
-  ExpectError(RunSlcmap(map + "--sparse --into " + Path("a")), 2, "--sparse");
-  ExpectError(RunSlcmap(map + "--into " + Path("run")), 1, "expected a map folder");
-  ExpectError(RunSlcmap("map " + Path("run") + " --into " + Path("a") + " -o " + Path("a")), 2,
-              "a");
-  // The made run has no images.
-  const ProcessResult merged = RunSlcmap(map + "--into " + Path("a"));
-  EXPECT_EQ(merged.exit_code, 1);
-  EXPECT_THAT(merged.error, HasSubstr("found no dense points"));
-  EXPECT_FALSE(std::filesystem::exists(Path("out")));
-  // Not lost with the merge.
-  EXPECT_THAT(merged.error, HasSubstr("out-unmerged: the run's own map is kept there"));
-  const std::string run_id = ReadRunFolder(Path("run")).id;
-  EXPECT_EQ(ReadMapFolder(Path("out-unmerged")).source.run_id, run_id);
-  // Nor is it with the next one, which may take it for the map to merge into.
-  const std::string kept = ReadFile(Path("out-unmerged/map.json"));
-  ExpectError(RunSlcmap(map + "--into " + Path("out-unmerged")), 1, "in the map already");
-  EXPECT_THAT(RunSlcmap(map + "--into " + Path("a")).error, HasSubstr("out-unmerged-2: the run's"));
-  EXPECT_EQ(ReadFile(Path("out-unmerged/map.json")), kept);
-  EXPECT_EQ(ReadMapFolder(Path("out-unmerged-2")).source.run_id, run_id);
-}
-
 TEST_F(MergeCommand, MapsOfTheSamePosesAreNotUnited) {
   const TempFolder recording;
   testing::WriteSequence(recording, {.images = 7});
@@ -148,7 +124,7 @@ TEST_F(MergeCommand, MapsOfTheSamePosesAreNotUnited) {
   EXPECT_THAT(refused.error, AllOf(HasSubstr("error: "), HasSubstr("in both maps")));
 }
 
-// slcmap map --into, from images to the united map.
+// From images to the united map.
 
 constexpr char kScene[] = R"(name: small_room
 objects:
@@ -164,7 +140,7 @@ trajectory:
 )";
 
 // A recording of a room whose images belong to two "runs" by turns, and the map of the first.
-class MapInto : public ::testing::Test {
+class PosedMaps : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TempFolder;
@@ -197,30 +173,20 @@ class MapInto : public ::testing::Test {
   static TempFolder* folder_;
 };
 
-TempFolder* MapInto::folder_ = nullptr;
+TempFolder* PosedMaps::folder_ = nullptr;
 
-TEST_F(MapInto, TheMergedMapIsWrittenAndTheRunsOwnIsNotKept) {
+TEST_F(PosedMaps, AreMergedFromImagesOn) {
+  EXPECT_EQ(RunSlcmap(Map("odd.tum") + "-o " + Path("second")).exit_code, 0);
   const ProcessResult merged =
-      RunSlcmap(Map("odd.tum") + "--into " + Path("first") + " -o " + Path("both"));
+      RunSlcmap("merge " + Path("first") + " " + Path("second") + " -o " + Path("both"));
   EXPECT_EQ(merged.exit_code, 0) << merged.error;
   const MapResult map = ReadMapFolder(Path("both")), first = ReadMapFolder(Path("first"));
   EXPECT_TRUE(map.complete);
   EXPECT_EQ(map.source.merged.size(), 2u);
   EXPECT_GT(map.trajectory.size(), 3 * first.trajectory.size() / 2);
-  EXPECT_FALSE(std::filesystem::exists(Path("both-unmerged")));
 }
 
-TEST_F(MapInto, CtrlCLeavesTheRunsOwnMapSoFar) {
-  const ProcessResult result = testing::InterruptSlcmap(
-      "-v " + Map("odd.tum") + "--into " + Path("first") + " -o " + Path("stopped"),
-      "poses and images agree");
-  EXPECT_EQ(result.exit_code, 130) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("stopped-unmerged: the run's own map is kept there"));
-  EXPECT_FALSE(std::filesystem::exists(Path("stopped/map.json")));
-  EXPECT_FALSE(ReadMapFolder(Path("stopped-unmerged")).complete);
-}
-
-TEST_F(MapInto, AStoppedMapGoesOnBehindTheStagesThatWereDone) {
+TEST_F(PosedMaps, AStoppedMapGoesOnBehindTheStagesThatWereDone) {
   const std::string command = Map("even.tum") + "-o " + Path("again");
   const ProcessResult stopped = testing::InterruptSlcmap("-v " + command, "poses and images agree");
   EXPECT_EQ(stopped.exit_code, 130) << stopped.error;
