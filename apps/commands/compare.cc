@@ -22,7 +22,6 @@
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
 #include "apps/compare/comparison.h"
-#include "apps/compare/comparison_page.h"
 #include "apps/compare/measure.h"
 #include "apps/maps/measured_map.h"
 #include "data/io/json.h"

@@ -13,7 +13,6 @@
 #include "apps/commands/progress.h"
 #include "apps/evaluation/building_metrics.h"
 #include "apps/evaluation/line_metrics.h"
-#include "apps/evaluation/pipe_metrics.h"
 #include "apps/evaluation/surface_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_report.h"

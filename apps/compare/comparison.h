@@ -59,6 +59,9 @@ std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGrou
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 std::string ComparisonCsv(const Comparison& comparison);    // a row a method and figure
 std::string ComparisonTable(const Comparison& comparison);  // for a terminal
+// One HTML page that needs nothing beside it: tables, bars with their spread, trajectories over the
+// truth, line maps side by side and cost by stage, drawn as SVG.
+std::string ComparisonPage(const Comparison& comparison);
 
 // Which measures were made without truth, and what the floor under them is, in words.
 std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats);

@@ -1,11 +1,10 @@
-#include "apps/compare/comparison_page.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 
+#include "apps/compare/comparison.h"
 #include "apps/compare/page_plots.h"
 #include "data/io/file.h"
 

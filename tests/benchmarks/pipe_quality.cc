@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "apps/evaluation/pipe_metrics.h"
+#include "apps/evaluation/building_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "mapping/adjustment/adjustment.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/compare/comparison_page.h"
 #include "apps/compare/figures.h"
 #include "apps/compare/measure.h"
 #include "data/core/error.h"

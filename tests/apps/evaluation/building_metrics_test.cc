@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/pipe_metrics.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
