@@ -1,14 +1,15 @@
 #include "data/check/image_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <future>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <optional>
 
 #include "data/calibration/calibration.h"
 #include "data/check/view_geometry.h"
+#include "data/core/parallel.h"
 #include "data/core/types.h"
 #include "data/source/asl_files.h"
 
@@ -161,54 +162,10 @@ class Follower {
 };
 
 size_t ComputeStride(const SourceInfo& info) {
-  std::vector<double> steps_s;
-  for (size_t i = 1; i < info.pair_stamps_ns.size(); ++i) {
-    steps_s.push_back(ToSeconds(info.pair_stamps_ns[i] - info.pair_stamps_ns[i - 1]));
-  }
-  const double step_s = Median(std::move(steps_s));
+  const double step_s = MedianStep_s(info.pair_stamps_ns);
   if (step_s <= 0) return 1;
   return std::max<size_t>(1, static_cast<size_t>(1 / (kMinRate_hz * step_s) + 1e-3));
 }
-
-// Decodes the next pair while the one before is looked at.
-class AheadReader {
- public:
-  struct Pair {
-    size_t index = 0;
-    cv::Mat left, right;
-  };
-
-  AheadReader(const SequenceSource& source, const IndexRange& part, size_t stride)
-      : source_(source),
-        stereo_(IsStereo(source.info().rig)),
-        next_(part.first),
-        end_(part.end),
-        stride_(stride) {
-    Start();
-  }
-
-  std::optional<Pair> Next() {
-    if (!ahead_.valid()) return std::nullopt;
-    Pair pair = ahead_.get();
-    next_ += stride_;
-    Start();
-    return pair;
-  }
-
- private:
-  void Start() {
-    if (next_ >= end_) return;
-    ahead_ = std::async(std::launch::async, [this, index = next_] {
-      return Pair{index, source_.ReadImage(index, 0).image,
-                  stereo_ ? source_.ReadImage(index, 1).image : cv::Mat()};
-    });
-  }
-  const SequenceSource& source_;
-  const bool stereo_;
-  size_t next_;
-  const size_t end_, stride_;
-  std::future<Pair> ahead_;
-};
 
 // Follows features through one part of a recording.
 class PartFollower {
@@ -265,12 +222,23 @@ class PartFollower {
 void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& part,
                 const Progress& progress, ImageMotion* motion) {
   PartFollower follower(rig, motion);
-  AheadReader reader(source, part, ComputeStride(source.info()));
-  while (const std::optional<AheadReader::Pair> pair = reader.Next()) {
-    progress.ReportOrStop(static_cast<double>(pair->index - part.first) /
-                          static_cast<double>(part.end - part.first));
-    if (pair->left.empty()) continue;
-    follower.Follow(source.info().pair_stamps_ns[pair->index], pair->left, pair->right);
+  const size_t stride = ComputeStride(source.info());
+  const size_t count = (part.end - part.first + stride - 1) / stride;
+  const bool is_stereo = IsStereo(source.info().rig);
+  // The next pair is decoded while the one before is looked at.
+  ReadAhead<std::array<cv::Mat, 2>> coming(
+      count,
+      [&](size_t i) -> std::array<cv::Mat, 2> {
+        const size_t index = part.first + i * stride;
+        return {source.ReadImage(index, 0).image,
+                is_stereo ? source.ReadImage(index, 1).image : cv::Mat()};
+      },
+      1);
+  for (size_t i = 0; i < count; ++i) {
+    const auto [left, right] = coming.Next();
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(count));
+    if (left.empty()) continue;
+    follower.Follow(source.info().pair_stamps_ns[part.first + i * stride], left, right);
   }
 }
 
