@@ -108,7 +108,7 @@ class SceneRenderer : public PairRenderer {
     WriteTrueBuilding(folder + "/building.json", ObserveBuilding(scene_, rays_, task_, frames));
     WriteTruePipes(folder + "/pipes.csv", ObservePipes(scene_, rays_, task_, frames));
     if (!scene_.tags.empty()) WriteTrueControl(folder + "/control.csv", scene_);
-    if (scene_.inexact) WriteDeviations(folder, scene_);
+    if (scene_.inexact) WriteInexact(folder + "/inexact.yaml", *scene_.inexact);
   }
 
  private:

@@ -80,18 +80,12 @@ class DisplacementField {
 // What a fitting does by itself.
 struct OwnTurn {
   Vector3d foot_world;
-  double yaw_rad = 0;
-  Vector2d lean_rad = Vector2d::Zero();  // of its upright, towards X and Y of its wing
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
 
   Vector3d Moved(const Vector3d& p_world) const {
     return foot_world + rotation * (p_world - foot_world);
   }
 };
-
-Eigen::AngleAxisd WingTurn(const Scene& scene, int wing) {
-  return {scene.wing_yaw_rad[wing], Vector3d::UnitZ()};
-}
 
 std::vector<Vector3d> FindCorners(const SceneBody& body) {
   std::vector<Vector3d> corners;
@@ -125,15 +119,16 @@ OwnTurn DrawOwnTurn(const Scene& scene, const SceneBody& body, double amount,
     reach_m = std::max(reach_m, (corner - own.foot_world).norm());
   }
   const double shift_m = MaxShift(body) / std::max(amount, 1.0);
-  own.yaw_rad = amount * turn * std::min(kMaxTurn_rad, shift_m / level_m);
-  own.lean_rad = amount * std::sqrt(0.5) * std::min(kMaxLean_rad, shift_m / reach_m) *
-                 Vector2d(lean_x, lean_y);
-  const Eigen::AngleAxisd wing = WingTurn(scene, body.wing);
-  const Vector3d axis = wing * Vector3d(-own.lean_rad.y(), own.lean_rad.x(), 0);
+  const double yaw_rad = amount * turn * std::min(kMaxTurn_rad, shift_m / level_m);
+  // Of its upright, towards X and Y of its wing.
+  const Vector2d slope = amount * std::sqrt(0.5) * std::min(kMaxLean_rad, shift_m / reach_m) *
+                         Vector2d(lean_x, lean_y);
+  const Eigen::AngleAxisd wing(scene.wing_yaw_rad[body.wing], Vector3d::UnitZ());
+  const Vector3d axis = wing * Vector3d(-slope.y(), slope.x(), 0);
   const double lean_rad = axis.norm();
   own.rotation =
       Eigen::AngleAxisd(lean_rad, lean_rad > 0 ? Vector3d(axis / lean_rad) : Vector3d::UnitX()) *
-      Eigen::AngleAxisd(own.yaw_rad, Vector3d::UnitZ());
+      Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ());
   return own;
 }
 
@@ -146,7 +141,6 @@ class InexactBuilding {
     }
   }
 
-  const OwnTurn& turn(int body) const { return turns_[body]; }
   const DisplacementField& field() const { return field_; }
 
   // Where a point of a body of the exact building is; a body of -1 has no turn of its own.
@@ -233,43 +227,22 @@ std::vector<Vector3d> Chain(const TrueEdge& edge, const InexactBuilding& buildin
   return points;
 }
 
-double ComputeBend(const std::vector<Vector3d>& points) {
+bool Bends(const std::vector<Vector3d>& points) {
   const Vector3d chord = (points.back() - points.front()).normalized();
-  double bend_m = 0;
-  for (const Vector3d& point : points) {
-    bend_m = std::max(bend_m, (point - points.front()).cross(chord).norm());
-  }
-  return bend_m;
+  return std::any_of(points.begin(), points.end(), [&](const Vector3d& point) {
+    return (point - points.front()).cross(chord).norm() >= kStraight_m;
+  });
 }
 
-// Of a direction against the one that it had in the exact building.
-Vector2d ComputeTurn(const Scene& scene, const TrueEdge& edge, const Vector3d& chord) {
-  if (edge.axis < 0) {
-    const Vector3d exact = edge.b - edge.a;
-    return {kDegreesPerRadian * std::atan2(exact.cross(chord).norm(), exact.dot(chord)), 0};
-  }
-  const Vector3d direction = WingTurn(scene, edge.wing).inverse() * chord;
-  const double along = direction[edge.axis];
-  return kDegreesPerRadian * Vector2d(std::atan(direction[(edge.axis + 1) % 3] / along),
-                                      std::atan(direction[(edge.axis + 2) % 3] / along));
-}
-
-void MoveEdges(const InexactBuilding& building, Scene* scene, InexactTruth* truth) {
+void MoveEdges(const InexactBuilding& building, Scene* scene) {
   std::vector<TrueEdge> pieces;
-  for (const TrueEdge& edge : scene->edges) {
+  for (size_t number = 0; number < scene->edges.size(); ++number) {
+    const TrueEdge& edge = scene->edges[number];
     std::vector<Vector3d> points = Chain(edge, building);
-    EdgeDeviation deviation;
-    deviation.edge = static_cast<int>(truth->edges.size());
-    deviation.body = edge.body;
-    deviation.axis = edge.axis;
-    deviation.wing = edge.wing;
-    deviation.length_m = (points.back() - points.front()).norm();
-    deviation.turn_deg = ComputeTurn(*scene, edge, points.back() - points.front());
-    deviation.bend_m = ComputeBend(points);
-    truth->edges.push_back(deviation);
-    if (deviation.bend_m < kStraight_m) points = {points.front(), points.back()};
+    if (!Bends(points)) points = {points.front(), points.back()};
     for (size_t i = 0; i + 1 < points.size(); ++i) {
-      pieces.push_back({points[i], points[i + 1], edge.axis, edge.wing, edge.body, deviation.edge});
+      pieces.push_back(
+          {points[i], points[i + 1], edge.axis, edge.wing, edge.body, static_cast<int>(number)});
     }
   }
   scene->edges = pieces;
@@ -280,34 +253,6 @@ void MovePipes(const InexactBuilding& building, Scene* scene) {
     pipe.a = building.Moved(pipe.a, pipe.body);
     pipe.b = building.Moved(pipe.b, pipe.body);
   }
-}
-
-// By the chords through the middle of its box, along the axes of its wing.
-BodyDeviation MeasureDeviation(const Scene& scene, int index, const InexactBuilding& building) {
-  constexpr double kLeastHalf_m = 0.05;
-  const SceneBody& body = scene.bodies[index];
-  const Eigen::AngleAxisd world_wing = WingTurn(scene, body.wing);
-  const Vector3d middle = body.world_body * body.box_body.center();
-  Vector3d half = Vector3d::Constant(kLeastHalf_m);
-  for (const Vector3d& corner : FindCorners(body)) {
-    half = half.cwiseMax((world_wing.inverse() * (corner - middle)).cwiseAbs());
-  }
-  const auto chord = [&](int k) -> Vector3d {
-    const Vector3d to_end = world_wing * Vector3d(half[k] * Vector3d::Unit(k));
-    return world_wing.inverse() *
-           (building.Moved(middle + to_end, index) - building.Moved(middle - to_end, index));
-  };
-  const Vector3d longer = half.x() >= half.y() ? chord(0) : chord(1), upright = chord(2);
-  const OwnTurn& own = building.turn(index);
-  BodyDeviation deviation{index, own.foot_world};
-  deviation.yaw_deg =
-      kDegreesPerRadian * (half.x() >= half.y() ? std::atan2(longer.y(), longer.x())
-                                                : std::atan2(-longer.x(), longer.y()));
-  deviation.lean_deg = kDegreesPerRadian * Vector2d(std::atan(upright.x() / upright.z()),
-                                                    std::atan(upright.y() / upright.z()));
-  deviation.own_yaw_deg = kDegreesPerRadian * own.yaw_rad;
-  deviation.own_lean_deg = kDegreesPerRadian * own.lean_rad;
-  return deviation;
 }
 
 }  // namespace
@@ -321,83 +266,17 @@ void MakeInexact(const InexactOptions& options, Scene* scene) {
   const InexactBuilding building(options, *scene);
   QuadCutter cutter(building, scene);
   for (uint32_t i = 0; i < scene->quads.size(); ++i) cutter.Cut(i);
-  InexactTruth truth{options, cutter.max_displacement_m(), nullptr, {}, {}};
   const DisplacementField& field = building.field();
-  truth.Displaced = [field](const Vector3d& p_world) -> Vector3d {
-    return p_world + field.At(p_world);
-  };
-  for (size_t i = 0; i < scene->bodies.size(); ++i) {
-    if (scene->bodies[i].box_body.isEmpty()) continue;
-    truth.bodies.push_back(MeasureDeviation(*scene, static_cast<int>(i), building));
-  }
-  MoveEdges(building, scene, &truth);
+  scene->inexact = {
+      options, cutter.max_displacement_m(),
+      [field](const Vector3d& p_world) -> Vector3d { return p_world + field.At(p_world); }};
+  MoveEdges(building, scene);
   MovePipes(building, scene);
-  scene->inexact = truth;
 }
 
-namespace {
-
-// Root mean squares, each value counted by its weight.
-class RootMeanSquare {
- public:
-  void Add(double value, double weight) {
-    sum_ += weight * value * value;
-    weight_ += weight;
-  }
-  double Value() const { return weight_ > 0 ? std::sqrt(sum_ / weight_) : 0; }
-
- private:
-  double sum_ = 0, weight_ = 0;
-};
-
-std::string BodyRows(const Scene& scene) {
-  std::string rows =
-      "body,kind,is_fitting,wing,foot_x_m,foot_y_m,foot_z_m,yaw_deg,lean_x_deg,lean_y_deg,"
-      "own_yaw_deg,own_lean_x_deg,own_lean_y_deg\n";
-  for (const BodyDeviation& row : scene.inexact->bodies) {
-    const SceneBody& body = scene.bodies[row.body];
-    rows += fmt::format(
-        "{},{},{:d},{},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f}\n", row.body,
-        body.kind, body.is_fitting, body.wing, row.foot_world.x(), row.foot_world.y(),
-        row.foot_world.z(), row.yaw_deg, row.lean_deg.x(), row.lean_deg.y(), row.own_yaw_deg,
-        row.own_lean_deg.x(), row.own_lean_deg.y());
-  }
-  return rows;
-}
-
-std::string EdgeRows(const InexactTruth& truth) {
-  std::string rows = "edge,body,axis,wing,length_m,turn_1_deg,turn_2_deg,bend_mm\n";
-  for (const EdgeDeviation& edge : truth.edges) {
-    rows += fmt::format("{},{},{},{},{:.4f},{:.5f},{:.5f},{:.3f}\n", edge.edge, edge.body,
-                        edge.axis, edge.wing, edge.length_m, edge.turn_deg.x(), edge.turn_deg.y(),
-                        1e3 * edge.bend_m);
-  }
-  return rows;
-}
-
-std::string Summary(const InexactTruth& truth) {
-  RootMeanSquare along[3];
-  double bend_m = 0;
-  for (const EdgeDeviation& edge : truth.edges) {
-    bend_m = std::max(bend_m, edge.bend_m);
-    if (edge.axis < 0) continue;
-    along[edge.axis].Add(edge.turn_deg.x(), 0.5 * edge.length_m);
-    along[edge.axis].Add(edge.turn_deg.y(), 0.5 * edge.length_m);
-  }
-  return fmt::format(
-      "amount: {}\nseed: {}\nmax_displacement_m: {:.5f}\n# of edges from the axes of their wings, "
-      "in either direction across: root mean square by length\nedges_along_x_deg: {:.4f}\n"
-      "edges_along_y_deg: {:.4f}\nedges_upright_deg: {:.4f}\nmax_bend_m: {:.5f}\n",
-      truth.options.amount, truth.options.seed, truth.max_displacement_m, along[0].Value(),
-      along[1].Value(), along[2].Value(), bend_m);
-}
-
-}  // namespace
-
-void WriteDeviations(const std::string& folder, const Scene& scene) {
-  WriteFile(folder + "/inexact.yaml", Summary(*scene.inexact));
-  WriteFile(folder + "/deviations.csv", BodyRows(scene));
-  WriteFile(folder + "/edge_deviations.csv", EdgeRows(*scene.inexact));
+void WriteInexact(const std::string& path, const InexactTruth& truth) {
+  WriteFile(path, fmt::format("amount: {}\nseed: {}\nmax_displacement_m: {:.5f}\n",
+                              truth.options.amount, truth.options.seed, truth.max_displacement_m));
 }
 
 }  // namespace slcmap::data

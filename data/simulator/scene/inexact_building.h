@@ -21,10 +21,7 @@ namespace slcmap::inline data {
 // exact building. Deterministic. Throws ConfigError where patches become too many.
 void MakeInexact(const InexactOptions& options, Scene* scene);
 
-// What was done to a scene that has scene.inexact: inexact.yaml (amount, seed, and the deviations
-// of all in short), deviations.csv (a row a body) and edge_deviations.csv (a row an edge, numbered
-// as in edges.csv), with the members of BodyDeviation and EdgeDeviation as columns. Throws
-// OutputError.
-void WriteDeviations(const std::string& folder, const Scene& scene);
+// Amount, seed and the largest displacement (YAML). Throws OutputError.
+void WriteInexact(const std::string& path, const InexactTruth& truth);
 
 }  // namespace slcmap::data

@@ -140,31 +140,11 @@ struct SceneWallFace {
   std::vector<SceneOpening> openings;
 };
 
-// How a body or an edge of an inexact building differs from that of the exact one.
-struct BodyDeviation {
-  int body = 0;                // index into Scene::bodies
-  Eigen::Vector3d foot_world;  // the middle of its foot in the exact building (metres)
-  double yaw_deg = 0;          // of its longer level side, about the vertical
-  Eigen::Vector2d lean_deg = Eigen::Vector2d::Zero();      // of its upright, to X, Y of its wing
-  double own_yaw_deg = 0;                                  // what a fitting is turned by itself
-  Eigen::Vector2d own_lean_deg = Eigen::Vector2d::Zero();  // and leans by itself
-};
-struct EdgeDeviation {
-  int edge = 0, body = -1, axis = -1, wing = 0;
-  double length_m = 0;
-  // Of the chord between its ends: towards the next axis of its wing and the one after that (for Y
-  // towards Z and X); of an edge without an axis, how far it is turned in all, and 0.
-  Eigen::Vector2d turn_deg = Eigen::Vector2d::Zero();
-  double bend_m = 0;  // largest distance from its chord
-};
-
 struct InexactTruth {
   InexactOptions options;
   double max_displacement_m = 0;  // of any corner of a surface
   // Where a point of walls and slabs of the exact building is.
   std::function<Eigen::Vector3d(const Eigen::Vector3d&)> Displaced;
-  std::vector<BodyDeviation> bodies;
-  std::vector<EdgeDeviation> edges;
 };
 
 // A round bar: a pipe, a column, a leg.
