@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/wall_survey.h"
-
 namespace slcmap::inline evaluation {
 namespace {
 
@@ -212,7 +210,7 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   if (!sequence.true_poses) {
     notes.push_back(
         "No truth: made without it are straightness, flatness and cost; trajectory "
-        "errors, coverage and what the mapping bent are left out.");
+        "errors and coverage are left out.");
   }
   const auto floor = sequence.with_true_poses.find("edge_thickness_mm");
   if (floor != sequence.with_true_poses.end()) {
@@ -223,10 +221,6 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
             : "more than with some method's, so these poses are no floor, and what is beyond them "
               "is not told."));
   }
-  notes.push_back(
-      fmt::format("A real wall may bend by {:.0f} mm over 10 m (DIN 18202): less cannot "
-                  "be blamed on a map of one.",
-                  1e3 * AllowedGap_m(10)));
   notes.push_back(repeats < 2
                       ? "One run each: nothing says how far they scatter, so nothing is ranked."
                       : fmt::format("Mean and standard deviation of {} runs with other numbers of "

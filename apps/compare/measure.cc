@@ -143,13 +143,6 @@ void AddStraightness(const Straightness& straightness, const Straightness* truth
     (*figures)["mme_nats"] = flatness->mme;
     if (flatness->mom_m2) (*figures)["mom_mm2"] = 1e6 * *flatness->mom_m2;
   }
-  if (!truth || !straightness.added) return;
-  for (const double length_m : kSurveyStraightedges_m) {
-    const auto worst_m = WorstGap_m(*straightness.added, length_m);
-    if (worst_m) (*figures)[fmt::format("bend_{:g}m_mm", length_m)] = 1e3 * *worst_m;
-  }
-  const auto error_95_m = DistanceError95_m(straightness.survey, truth->survey);
-  if (error_95_m) (*figures)["distance_95_mm"] = 1e3 * *error_95_m;
 }
 
 void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alignment& alignment,
@@ -245,7 +238,7 @@ class SequenceMeasurer {
         sequence_.methods[*sequence_.reference].name,
         reference_->true_edges ? "the true edges that they lie on" : "the lines of that run");
     if (truth_.trajectory.empty()) return;
-    with_truth_ = MeasureStraightness(*reference_, truth_.trajectory, {}, progress.Part(0.6, 0.9));
+    with_truth_ = MeasureStraightness(*reference_, truth_.trajectory, progress.Part(0.6, 0.9));
     AddStraightness(*with_truth_, nullptr, &result_.with_true_poses);
     // Thickness beyond true poses means nothing where these are not better than the methods'.
     result_.truth_is_floor =
@@ -285,9 +278,9 @@ class SequenceMeasurer {
       MeasureAgainstTruth(measured, progress.Part(0, 0.3), &figures, &alignment);
     }
     if (reference_) {
-      AddStraightness(MeasureStraightness(*reference_, measured.final_poses, truth_.trajectory,
-                                          progress.Part(0.3, 0.6)),
-                      with_truth_ ? &*with_truth_ : nullptr, &figures);
+      AddStraightness(
+          MeasureStraightness(*reference_, measured.final_poses, progress.Part(0.3, 0.6)),
+          with_truth_ ? &*with_truth_ : nullptr, &figures);
       if (!result_.truth_is_floor) figures.erase("edge_thickness_beyond_mm");
     }
     AddCost(measured.timings, &figures);

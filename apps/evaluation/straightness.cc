@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "apps/evaluation/edge_straightness.h"
@@ -20,12 +19,6 @@ constexpr int kMaxPoints = 20000;    // whose neighbourhoods are looked at, even
 constexpr int kMaxNeighbours = 400;  // of one point, evenly over them
 // A neighbourhood is of a plane where its least variance is below this share of the next.
 constexpr double kMaxFlatness = 0.1;
-constexpr double kThickness_m = 0.04;       // a point of a wall is at most so far from its middle
-constexpr double kFinderMaxSigma_m = 0.03;  // of a point across it
-constexpr double kFinderMaxGap_m = 1.5;     // along it between points
-constexpr double kMinLength_m = 2;
-constexpr double kMinHeight_m = 0.8;
-constexpr int kMinPoints = 60;
 // A line's direction counts where it is known so well and the line is so long.
 constexpr double kMaxDirectionSigma_rad = 0.01;
 constexpr double kMinLine_m = 0.3;
@@ -135,131 +128,6 @@ std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Vector3d>& poin
 
 namespace {
 
-constexpr double kLevel = 0.26;        // most of the vertical in a level axis: 15 degrees
-constexpr double kBin_m = 0.01;        // of the search for offsets
-constexpr double kInFront_m = 0.1;     // of a wall the camera is
-constexpr double kFloorStrip_m = 0.5;  // of the length of a wall, each with points in it
-constexpr double kFilled = 0.6;        // of these strips
-
-struct Candidate {
-  size_t index = 0;  // of the point
-  double offset_m = 0, along_m = 0, up_m = 0;
-};
-
-// The points that a camera before them saw across a direction.
-std::vector<Candidate> Before(const std::vector<PointOfPair>& points, const Trajectory& trajectory,
-                              const Vector3d& normal, double max_sigma_m) {
-  const Vector3d along = Vector3d::UnitZ().cross(normal).normalized();
-  std::vector<Candidate> candidates;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const auto pose = PoseAt(trajectory, points[i].stamp_ns);
-    if (!pose) continue;
-    const PlacedInWorld placed = InWorld(points[i].place, *pose);
-    const Vector3d& p = placed.p_world;
-    if (normal.dot(pose->translation - p) < kInFront_m) continue;
-    if (normal.dot(placed.covariance_m2 * normal) > max_sigma_m * max_sigma_m) continue;
-    candidates.push_back({i, normal.dot(p), along.dot(p), p.z()});
-  }
-  return candidates;
-}
-
-// The offset around which most points are; they are sorted by it.
-double FullestOffset_m(const std::vector<Candidate>& sorted, double thickness_m, size_t* count) {
-  double fullest_m = 0;
-  *count = 0;
-  size_t from = 0, to = 0;
-  const double last_m = sorted.back().offset_m;
-  for (double at_m = sorted.front().offset_m; at_m <= last_m; at_m += kBin_m) {
-    while (sorted[from].offset_m < at_m - thickness_m) ++from;
-    while (to < sorted.size() && sorted[to].offset_m <= at_m + thickness_m) ++to;
-    if (to - from > *count) *count = to - from, fullest_m = at_m;
-  }
-  return fullest_m;
-}
-
-bool IsWall(const std::vector<Candidate>& piece) {
-  if (static_cast<int>(piece.size()) < kMinPoints) return false;
-  const double length_m = piece.back().along_m - piece.front().along_m;
-  if (length_m < kMinLength_m) return false;
-  const auto [low, high] = std::minmax_element(
-      piece.begin(), piece.end(), [](const auto& a, const auto& b) { return a.up_m < b.up_m; });
-  if (high->up_m - low->up_m < kMinHeight_m) return false;
-  std::map<int64_t, int> strips;
-  for (const Candidate& c : piece) ++strips[std::lround(c.along_m / kFloorStrip_m)];
-  return static_cast<double>(strips.size()) > kFilled * length_m / kFloorStrip_m;
-}
-
-// Cuts what shares an offset where nothing is along it.
-void AddPieces(std::vector<Candidate> layer, std::vector<FoundWall>* walls) {
-  std::sort(layer.begin(), layer.end(),
-            [](const auto& a, const auto& b) { return a.along_m < b.along_m; });
-  std::vector<Candidate> piece;
-  for (size_t i = 0; i <= layer.size(); ++i) {
-    const bool ends = i == layer.size() ||
-                      (!piece.empty() && layer[i].along_m > piece.back().along_m + kFinderMaxGap_m);
-    if (ends && IsWall(piece)) {
-      FoundWall wall{static_cast<int64_t>(walls->size()), {}};
-      for (const Candidate& c : piece) wall.points.push_back(c.index);
-      walls->push_back(std::move(wall));
-    }
-    if (ends) piece.clear();
-    if (i < layer.size()) piece.push_back(layer[i]);
-  }
-}
-
-void FindAcross(std::vector<Candidate> candidates, std::vector<FoundWall>* walls) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.offset_m < b.offset_m; });
-  while (static_cast<int>(candidates.size()) >= kMinPoints) {
-    size_t count = 0;
-    const double offset_m = FullestOffset_m(candidates, kThickness_m, &count);
-    if (static_cast<int>(count) < kMinPoints) return;
-    const auto in_layer = [&](const Candidate& c) {
-      return std::abs(c.offset_m - offset_m) <= kThickness_m;
-    };
-    std::vector<Candidate> layer;
-    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(layer), in_layer);
-    std::erase_if(candidates, in_layer);
-    AddPieces(std::move(layer), walls);
-  }
-}
-
-}  // namespace
-
-std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
-                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes) {
-  std::vector<FoundWall> walls;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(axes(2, axis)) > kLevel) continue;
-    for (const double side : {1.0, -1.0}) {
-      const Vector3d normal = side * Vector3d(axes(0, axis), axes(1, axis), 0).normalized();
-      FindAcross(Before(points, trajectory, normal, kFinderMaxSigma_m), &walls);
-    }
-  }
-  return walls;
-}
-
-std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
-                                       const std::vector<PointOfPair>& points,
-                                       const Trajectory& trajectory) {
-  std::vector<SurveyedPoints> placed;
-  for (const FoundWall& wall : walls) {
-    SurveyedPoints surveyed{wall.wall, Vector3d::Zero(), {}};
-    for (const size_t index : wall.points) {
-      const auto pose = PoseAt(trajectory, points[index].stamp_ns);
-      if (!pose) continue;
-      surveyed.points.push_back(InWorld(points[index].place, *pose));
-      surveyed.seen_from_world += pose->translation;
-    }
-    if (surveyed.points.empty()) continue;
-    surveyed.seen_from_world /= static_cast<double>(surveyed.points.size());
-    placed.push_back(std::move(surveyed));
-  }
-  return placed;
-}
-
-namespace {
-
 std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges) {
   std::vector<WeightedDirection> directions;
   for (const FittedEdge& line : edges.lines) {
@@ -287,44 +155,26 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
                                     const std::vector<const Trajectory*>& trajectories,
                                     const KnownTruth& truth, const Progress& progress) {
   StraightnessReference reference;
-  reference.true_poses = !truth.trajectory.empty();
-  reference.true_edges = reference.true_poses && !truth.edges.whole.empty();
-  const Trajectory& poses = reference.true_poses ? truth.trajectory : final_poses;
+  reference.true_edges = !truth.trajectory.empty() && !truth.edges.whole.empty();
+  const Trajectory& poses = truth.trajectory.empty() ? final_poses : truth.trajectory;
   std::vector<const Trajectory*> all = trajectories;
   all.push_back(&poses);
   reference.observations = SeenByAll(ObservationsOfRun(run, progress.Part(0, 0.2)), all);
   progress.ReportOrStop(0.3);
   std::vector<EdgeObservation>& edges = reference.observations.edges;
   edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges) : OfOneEdge(edges, poses);
-  progress.ReportOrStop(0.6);
-  const auto directions = MeasureDirections(
-      CollectDirections(RetriangulateEdges(edges, poses, progress.Part(0.6, 0.9))));
-  progress.ReportOrStop(0.9);
-  if (directions) {
-    reference.walls = FindWalls(reference.observations.points, poses, directions->axes);
-  }
+  progress.ReportOrStop(1);
   return reference;
 }
 
 Straightness MeasureStraightness(const StraightnessReference& reference,
-                                 const Trajectory& trajectory, const Trajectory& truth,
-                                 const Progress& progress) {
+                                 const Trajectory& trajectory, const Progress& progress) {
   const ReferenceObservations& observations = reference.observations;
   Straightness result;
-  result.edges = RetriangulateEdges(observations.edges, trajectory, progress.Part(0, 0.4));
+  result.edges = RetriangulateEdges(observations.edges, trajectory, progress.Part(0, 0.5));
   result.directions = MeasureDirections(CollectDirections(result.edges));
   result.flatness = MeasureFlatness(FlatPoints(observations.points, trajectory, kMaxFlatSigma_m),
-                                    kRadius_m, progress.Part(0.4, 0.8));
-  progress.ReportOrStop(0.8);
-  const std::vector<SurveyedPoints> walls =
-      PlaceWalls(reference.walls, observations.points, trajectory);
-  result.survey = SurveyWalls(walls, Vector3d::UnitZ());
-  progress.ReportOrStop(0.9);
-  if (!truth.empty()) {
-    const std::vector<SurveyedPoints> true_walls =
-        PlaceWalls(reference.walls, observations.points, truth);
-    result.added = SurveyWalls(BendsAdded(walls, true_walls, Vector3d::UnitZ()), Vector3d::UnitZ());
-  }
+                                    kRadius_m, progress.Part(0.5, 1));
   return result;
 }
 

@@ -9,7 +9,6 @@
 
 #include "apps/evaluation/edge_straightness.h"
 #include "apps/evaluation/reference_observations.h"
-#include "apps/evaluation/wall_survey.h"
 #include "data/core/progress.h"
 
 namespace slcmap::inline evaluation {
@@ -30,25 +29,6 @@ struct FlatnessMetrics {
 std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Eigen::Vector3d>& points,
                                                double radius_m, const Progress& progress = {});
 
-// Which points of a run lie on which wall: found once, for all trajectories of a sequence.
-
-// Indices of points that lie on one face of a wall.
-struct FoundWall {
-  int64_t wall = 0;
-  std::vector<size_t> points;
-};
-
-// Looks for upright planes square to `axes` (columns; those that are nearly level) among points
-// with the poses of one trajectory. Points on both sides of a wall are of two.
-std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
-                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes);
-
-// The points of the walls with the poses of another trajectory, to be surveyed. What it has no pose
-// for is left out.
-std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
-                                       const std::vector<PointOfPair>& points,
-                                       const Trajectory& trajectory);
-
 // Measures of straightness that need no truth, of one trajectory: all trajectories of a sequence
 // with the same observations.
 
@@ -61,9 +41,7 @@ struct KnownTruth {
 // What all trajectories of a sequence are measured with.
 struct StraightnessReference {
   ReferenceObservations observations;
-  bool true_edges = false;       // tell the edges apart, else the run's lines do
-  bool true_poses = false;       // told which observations are of one edge, and the walls
-  std::vector<FoundWall> walls;  // of observations.points
+  bool true_edges = false;  // tell the edges apart, else the run's lines do
 };
 
 // The observations of a run that all `trajectories` have a pose for. Where no true poses are known,
@@ -77,13 +55,9 @@ struct Straightness {
   EdgeStraightness edges;
   std::optional<DirectionMetrics> directions;  // of the edges' free lines, by their lengths
   std::optional<FlatnessMetrics> flatness;     // of the free points
-  Survey survey;
-  std::optional<Survey> added;  // what the poses bent; see BendsAdded. With true poses only.
 };
 
-// `trajectory` has z against gravity. `truth`: the true trajectory, or an empty one.
 Straightness MeasureStraightness(const StraightnessReference& reference,
-                                 const Trajectory& trajectory, const Trajectory& truth,
-                                 const Progress& progress = {});
+                                 const Trajectory& trajectory, const Progress& progress = {});
 
 }  // namespace slcmap::evaluation

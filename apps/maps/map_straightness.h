@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "apps/evaluation/edge_straightness.h"
-#include "apps/evaluation/wall_survey.h"
 #include "apps/maps/straightedge.h"
 #include "apps/maps/wall_finder.h"
 #include "data/core/progress.h"

@@ -2,10 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
-#include "apps/evaluation/wall_survey.h"
 #include "data/core/math.h"
 
 namespace slcmap::inline evaluation {
@@ -14,6 +14,7 @@ namespace {
 constexpr int kPlaces = 8;           // of a straightedge, that gaps are told at
 constexpr double kShortest = 0.9;    // a wall may be so much shorter than what is laid on it
 constexpr double kKnownBelow = 0.7;  // of the places beneath a straightedge
+constexpr double kLeastSpan = 0.9;   // of a straightedge, between the outer places under it
 // The range of nine normal values about the line that fits them, in standard deviations.
 constexpr double kNoiseRange = 2.3;
 constexpr double kSlides = 4;  // a straightedge is laid so often on its own length
@@ -45,6 +46,11 @@ struct PlaneSums {
 
 using Samples = std::vector<StraightSample>;
 
+// How far a wall or an edge is off its plane or line, at one place along it.
+struct ProfilePlace {
+  double along_m = 0, off_m = 0;
+};
+
 struct SpreadPlaces {
   std::vector<ProfilePlace> profile;
   double noise_m = 0;  // of a place, the median
@@ -71,6 +77,59 @@ SpreadPlaces MeanPlaces(const Samples& samples, double step_m, double noise_m) {
   }
   if (!noises_m.empty()) places.noise_m = Quantile(noises_m, 0.5);
   return places;
+}
+
+// The corners of the upper side (sign 1) or lower side (-1) of the hull of places in their order.
+std::vector<Eigen::Vector2d> HullSide(const std::vector<Eigen::Vector2d>& places, double sign) {
+  std::vector<Eigen::Vector2d> hull;
+  for (const Eigen::Vector2d& p : places) {
+    while (hull.size() >= 2) {
+      const Eigen::Vector2d a = hull[hull.size() - 1] - hull[hull.size() - 2], b = p - hull.back();
+      if (sign * (a.x() * b.y() - a.y() * b.x()) < 0) break;
+      hull.pop_back();
+    }
+    hull.push_back(p);
+  }
+  return hull;
+}
+
+// The least distance, along y, of two parallels that hold the places: one lies on an edge of the
+// hull.
+double LeastZone(const std::vector<Eigen::Vector2d>& places) {
+  double least = HUGE_VAL;
+  for (const double sign : {1.0, -1.0}) {
+    const std::vector<Eigen::Vector2d> hull = HullSide(places, sign);
+    for (size_t i = 0; i + 1 < hull.size(); ++i) {
+      const double slope = (hull[i + 1].y() - hull[i].y()) / (hull[i + 1].x() - hull[i].x());
+      double low = HUGE_VAL, high = -HUGE_VAL;
+      for (const Eigen::Vector2d& p : places) {
+        low = std::min(low, p.y() - slope * p.x());
+        high = std::max(high, p.y() - slope * p.x());
+      }
+      least = std::min(least, high - low);
+    }
+  }
+  return least;
+}
+
+// The largest gap of a straightedge anywhere along a profile that is sorted by along_m; nothing
+// where it is longer than the profile, or too few of the places beneath it are known.
+std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, double length_m,
+                                 double step_m) {
+  std::optional<double> largest;
+  for (size_t first = 0; first < profile.size(); ++first) {
+    std::vector<Eigen::Vector2d> places;
+    for (size_t i = first; i < profile.size(); ++i) {
+      if (profile[i].along_m > profile[first].along_m + length_m + 0.5 * step_m) break;
+      places.emplace_back(profile[i].along_m, profile[i].off_m);
+    }
+    if (places.size() < 3) continue;
+    const double span_m = places.back().x() - places.front().x();
+    const double known = static_cast<double>(places.size()) / (length_m / step_m);
+    if (span_m < kLeastSpan * length_m || known < kKnownBelow) continue;
+    largest = std::max(largest.value_or(0), LeastZone(places));
+  }
+  return largest;
 }
 
 double WithoutNoise_m(double gap_m, double noise_m) {
@@ -124,6 +183,20 @@ void SortAlong(Samples* samples) {
 }
 
 }  // namespace
+
+double AllowedGap_m(double length_m) {
+  // Lengths [m], and what is allowed there [mm].
+  constexpr std::array<std::pair<double, double>, 5> kAllowed = {
+      {{0.1, 3}, {1, 5}, {4, 10}, {10, 20}, {15, 25}}};
+  if (length_m <= kAllowed.front().first) return 1e-3 * kAllowed.front().second;
+  for (size_t i = 1; i < kAllowed.size(); ++i) {
+    const auto& [from_m, from_mm] = kAllowed[i - 1];
+    const auto& [to_m, to_mm] = kAllowed[i];
+    if (length_m > to_m) continue;
+    return 1e-3 * (from_mm + (to_mm - from_mm) * (length_m - from_m) / (to_m - from_m));
+  }
+  return 1e-3 * kAllowed.back().second;
+}
 
 std::vector<LaidStraightedge> LayStraightedges(Samples samples, double noise_m) {
   std::vector<LaidStraightedge> laid;

@@ -23,6 +23,11 @@ struct LaidStraightedge {
 
 inline constexpr double kMapStraightedges_m[] = {1, 4, 10};
 
+// DIN 18202 (finished walls), by interpolation between the lengths that it lists: the gap under a
+// straightedge of a length (3, 5, 10, 20, 25 mm at 0.1, 1, 4, 10, 15 m). A real wall may bend by as
+// much: less cannot be blamed on a map.
+double AllowedGap_m(double length_m);
+
 // By length, those that can be laid. Samples in any order; noise_m: standard deviation of one.
 std::vector<LaidStraightedge> LayStraightedges(std::vector<StraightSample> samples, double noise_m);
 

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "apps/evaluation/report.h"
-#include "apps/evaluation/wall_survey.h"
 #include "apps/maps/map_straightness.h"
 #include "data/core/math.h"
 #include "mapping/map/point_index.h"

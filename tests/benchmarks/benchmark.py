@@ -163,8 +163,6 @@ def straightness(report, methods):
             ("edge_thickness_beyond_mm", 2, "The same without what true poses show, mm"),
             ("edge_apart_over_30s_mm", 2, "Observations of an edge more than 30 s apart, mm"),
             ("dispersion_deg", 3, "Directions off three axes, degrees"),
-            ("bend_10m_mm", 1, "Bent by the poses under a straightedge of 10 m, worst wall, mm"),
-            ("distance_95_mm", 1, "Face-to-face distances, 95 % of the errors below, mm"),
             ("line_precision_5cm_percent", 1, "Lines within 5 cm of a true edge, %")):
         rows = ours(report, methods, figure, digits)
         if any(value != "-" for row in rows for value in row[1:]):
@@ -175,8 +173,7 @@ def straightness(report, methods):
             for thickness in true_thickness(s)]
     if true:
         text += ("\nWith true poses edges are " + ", ".join(true) + ": what stereo and the building have of "
-                 "their own. A real wall may bend by 20 mm over 10 m (DIN 18202): less cannot be blamed on a "
-                 "map of one.\n")
+                 "their own.\n")
     rows = [row for figure in ("edge_thickness_mm", "edge_thickness_beyond_mm")
             for row in ratio_rows(report, figure, "slc", "points")]
     if rows:

@@ -265,7 +265,7 @@ TEST_F(MeasureTest, RunsWithoutLinesGiveNoObservations) {
   OdometryRun points = testing::RunOver(kWalk);
   for (Keyframe& keyframe : points.keyframes) keyframe.lines.clear();
   WriteRunFolder(folder_.Path("points"), points);
-  EXPECT_FALSE(ReferenceAmong({{"points", {{folder_.Path("points"), "", ""}}, {}, {}}}));
+  EXPECT_FALSE(ReferenceAmong({{"points", {RunFolders{folder_.Path("points"), ""}}, {}, {}}}));
 }
 
 }  // namespace

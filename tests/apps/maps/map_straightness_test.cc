@@ -156,6 +156,25 @@ TEST(WallsOfAnyMap, AreTheSameHoweverTheyWereSampled) {
   }
 }
 
+TEST(WallsOfAnyMap, MayBendAsTheStandardHasIt) {
+  for (const auto& [length_m, gap_m] :
+       {std::pair{0.1, 0.003}, {4.0, 0.010}, {7.0, 0.015}, {40.0, 0.025}}) {
+    EXPECT_DOUBLE_EQ(AllowedGap_m(length_m), gap_m);
+  }
+}
+
+TEST(WallsOfAnyMap, AreNotGuessedWhereTheyWereNotSeen) {
+  std::vector<StraightSample> samples;
+  for (double along_m = 0; along_m <= 10; along_m += 0.05) {
+    for (const double up_m : {0.2, 1.0, 2.0}) {
+      if (along_m < 1.5 || along_m > 8.5) samples.push_back({along_m, up_m, 0});
+    }
+  }
+  const std::vector<LaidStraightedge> laid = LayStraightedges(samples, 0.001);
+  ASSERT_EQ(laid.size(), 1u);
+  EXPECT_EQ(laid[0].length_m, 1);
+}
+
 TEST(EdgesOfAnyMap, AreMeasuredAsTheyAre) {
   const LineStraightness straight = MeasureLines(EdgePieces(1.5, {0.002, 0}, 1));
   const LineStraightness bent = MeasureLines(EdgePieces(1.5, {0.002, 0.06}, 2));
