@@ -11,14 +11,11 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/convert.h"
 #include "apps/commands/progress.h"
-#include "data/io/file.h"
 #include "data/io/yaml.h"
 #include "data/rig/rig_layout.h"
-#include "data/simulator/ray_scene.h"
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/simulation.h"
-#include "data/simulator/truth.h"
 #include "data/source/convert_recording.h"
 
 namespace slcmap::inline commands {
@@ -49,7 +46,6 @@ struct SimulateArguments {
   std::optional<int> inexact_seed;
   std::string as;  // a profile
   bool without_image_noise = false;
-  bool only_building = false;
 };
 
 RendererOptions MakeRendererOptions(const SimulateArguments& arguments) {
@@ -87,25 +83,6 @@ std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
         path, crossings.count, place.x(), place.y(), place.z(), crossings.first_s);
   }
   return MakeSceneRenderer(scene, options, task);
-}
-
-// What is true of the walls and rooms, without rendering: for a sequence that lacks it.
-void WriteBuildingTruth(const SimulateArguments& arguments) {
-  const SimulationOptions& options = arguments.simulation;
-  const RenderTask task = PlanSimulation(options, StageProgress);
-  const Scene scene =
-      ReadScene(options.scene, task.Stage("reading the scene"), MakeInexactOptions(arguments));
-  const RayScene rays(SeenPatches(scene));
-  const TrueBuilding building =
-      ObserveBuilding(scene, rays, task, static_cast<int>(task.times_s.size()));
-  const std::string folder = options.folder + "/truth";
-  MakeFolder(folder);
-  WriteTrueBuilding(folder + "/building.json", building);
-  const std::vector<TruePipe> pipes =
-      ObservePipes(scene, rays, task, static_cast<int>(task.times_s.size()));
-  WriteTruePipes(folder + "/pipes.csv", pipes);
-  spdlog::info("wrote {0}/building.json: {1} walls, {2} rooms; {0}/pipes.csv: {3} pipes", folder,
-               building.walls.size(), building.rooms.size(), pipes.size());
 }
 
 // Into a folder, for an output of a name. Returns the number of pairs.
@@ -173,7 +150,6 @@ void SimulateBag(SimulateArguments arguments, const BagPacking& packing) {
 void RunSimulate(SimulateArguments arguments) {
   SimulationOptions& options = arguments.simulation;
   if (!arguments.as.empty()) options.profile = &ProfileNamed(arguments.as);
-  if (arguments.only_building) return WriteBuildingTruth(arguments);
   const BagPacking packing = ParsePacking(options.folder, "");
   if (packing.form != kFolder) return SimulateBag(arguments, packing);
   if (options.profile != nullptr) {
@@ -248,9 +224,6 @@ void AddSimulateCommand(CLI::App& app) {
       ->add_option("--as", arguments->as,
                    "Write the bag as the driver of this rig would, one of config/profiles")
       ->type_name("PROFILE");
-  command->add_flag(
-      "--only-building", arguments->only_building,
-      "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
   command
       ->add_option("--emitter", options.emitter,
                    "Dots as a depth camera throws them: off, steady, or alternating with every "

@@ -414,33 +414,20 @@ void EdgeWatch::LookThrough(const Camera& camera, const RigidTransform& T_world_
     for (size_t i = 0; i < seen_[e].size(); ++i) {
       if (IsSet(seen_[e][i])) continue;
       const double along = (static_cast<double>(i) + 0.5) / static_cast<double>(seen_[e].size());
-      if (Sees(camera, a + along * (b - a), T_world_camera)) Set(seen_[e][i], 1);
+      if (IsInSight(rays_, camera, T_world_camera, a + along * (b - a), kEdgeRange_m,
+                    kSightMargin_m)) {
+        Set(seen_[e][i], 1);
+      }
     }
   }
-}
-
-bool EdgeWatch::Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
-                     const RigidTransform& T_world_camera) const {
-  const double distance_m = p_camera.norm();
-  if (distance_m > kEdgeRange_m || distance_m <= kSightMargin_m) return false;
-  const auto pixel = camera.Project(p_camera);
-  if (!pixel || !camera.Contains(*pixel)) return false;
-  const Eigen::Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
-  return !rays_.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                        static_cast<float>(distance_m - kSightMargin_m));
 }
 
 std::vector<SeenPart> EdgeWatch::Parts() const {
   std::vector<SeenPart> parts;
   for (size_t e = 0; e < seen_.size(); ++e) {
     const double length_m = (scene_.edges[e].b - scene_.edges[e].a).norm();
-    const double step_m = length_m / static_cast<double>(seen_[e].size());
-    for (size_t i = 0; i < seen_[e].size(); ++i) {
-      if (!seen_[e][i]) continue;
-      const size_t first = i;
-      while (i < seen_[e].size() && seen_[e][i]) ++i;
-      parts.push_back({static_cast<int>(e), step_m * static_cast<double>(first),
-                       step_m * static_cast<double>(i)});
+    for (const Interval& stretch : SeenStretches(seen_[e], length_m)) {
+      parts.push_back({static_cast<int>(e), stretch.from_m, stretch.to_m});
     }
   }
   return parts;

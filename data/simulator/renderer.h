@@ -38,8 +38,6 @@ class EdgeWatch {
 
  private:
   void LookThrough(const Camera& camera, const RigidTransform& T_world_camera);
-  bool Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
-            const RigidTransform& T_world_camera) const;
 
   const Scene& scene_;
   const RayScene& rays_;

@@ -362,14 +362,6 @@ Emitter ReadEmitter(const std::string& name) {
 
 }  // namespace
 
-RenderTask PlanSimulation(const SimulationOptions& options, const StageStarter& start_stage) {
-  options.Check();
-  const Rig rig = MakeTrueRig(options);
-  const Progress progress = start_stage ? start_stage("planning the motion") : Progress();
-  const StartedMotion started = StartMotion(options, rig, progress);
-  return {rig, started.motion, ImageTimes(options, started.motion), start_stage};
-}
-
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
                          const SimulationProgress& progress, const StageStarter& start_stage) {
   options.Check();

@@ -67,10 +67,6 @@ struct SimulationOptions {
   void Check() const;  // throws ConfigError
 };
 
-// The rig, its motion and the times of its pairs, as Simulate has them rendered. Throws ConfigError
-// and DataError.
-RenderTask PlanSimulation(const SimulationOptions& options, const StageStarter& start_stage = {});
-
 // How far a simulation has come.
 struct SimulationState {
   int pairs = 0, planned_pairs = 0;

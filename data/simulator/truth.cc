@@ -239,15 +239,9 @@ class BuildingWatch {
   };
 
   bool Sees(const CameraPose& pose, const Vector3d& p_world) const {
-    const Vector3d p_camera = pose.T_camera_world * p_world;
-    const double distance_m = p_camera.norm();
-    if (distance_m > kRange_m || distance_m <= kSightMargin_m) return false;
-    const Camera& camera = task_.rig.cameras[pose.camera];
-    const auto pixel = camera.Project(p_camera);
-    if (!pixel || !camera.Contains(*pixel) || task_.stop.stop_requested()) return false;
-    const Vector3d ray = (p_world - pose.T_world_camera.translation) / distance_m;
-    return !rays_.Blocked(pose.T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                          static_cast<float>(distance_m - kSightMargin_m));
+    return !task_.stop.stop_requested() &&
+           IsInSight(rays_, task_.rig.cameras[pose.camera], pose.T_world_camera,
+                     pose.T_camera_world * p_world, kRange_m, kSightMargin_m);
   }
 
   const RayScene& rays_;
@@ -292,6 +286,29 @@ void ObserveWall(const Scene& scene, const SceneWallFace& face, const IsSeen& is
 }
 
 }  // namespace
+
+bool IsInSight(const RayScene& rays, const Camera& camera, const RigidTransform& T_world_camera,
+               const Vector3d& p_camera, double range_m, double margin_m) {
+  const double distance_m = p_camera.norm();
+  if (distance_m > range_m || distance_m <= margin_m) return false;
+  const auto pixel = camera.Project(p_camera);
+  if (!pixel || !camera.Contains(*pixel)) return false;
+  const Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
+  return !rays.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
+                       static_cast<float>(distance_m - margin_m));
+}
+
+std::vector<Interval> SeenStretches(const std::vector<uint8_t>& seen, double length_m) {
+  const double step_m = length_m / static_cast<double>(seen.size());
+  std::vector<Interval> stretches;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i]) continue;
+    const size_t first = i;
+    while (i < seen.size() && seen[i]) ++i;
+    stretches.push_back({step_m * static_cast<double>(first), step_m * static_cast<double>(i)});
+  }
+  return stretches;
+}
 
 std::vector<TrueWall> TrueWalls(const Scene& scene) {
   std::vector<TrueWall> walls;
@@ -373,20 +390,13 @@ class PipeWatch {
       const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(seen_.size());
       if (seen_[i]) continue;
       const Vector3d p = Facing(pipe_.a + share * (pipe_.b - pipe_.a), T_world_camera.translation);
-      seen_[i] = Sees(camera, T_camera_world * p, T_world_camera);
+      seen_[i] =
+          IsInSight(rays_, camera, T_world_camera, T_camera_world * p, kRange_m, kPipeMargin_m);
     }
   }
 
   std::vector<Interval> Intervals() const {
-    const double step_m = (pipe_.b - pipe_.a).norm() / static_cast<double>(seen_.size());
-    std::vector<Interval> stretches;
-    for (size_t i = 0; i < seen_.size(); ++i) {
-      if (!seen_[i]) continue;
-      const size_t first = i;
-      while (i < seen_.size() && seen_[i]) ++i;
-      stretches.push_back({step_m * static_cast<double>(first), step_m * static_cast<double>(i)});
-    }
-    return stretches;
+    return SeenStretches(seen_, (pipe_.b - pipe_.a).norm());
   }
 
  private:
@@ -395,17 +405,6 @@ class PipeWatch {
     const Vector3d along = (pipe_.b - pipe_.a).normalized();
     const Vector3d way = centre - on_axis;
     return on_axis + (pipe_.radius_m + kPipeMargin_m) * (way - along.dot(way) * along).normalized();
-  }
-
-  bool Sees(const Camera& camera, const Vector3d& p_camera,
-            const RigidTransform& T_world_camera) const {
-    const double distance_m = p_camera.norm();
-    if (distance_m > kRange_m || distance_m <= kPipeMargin_m) return false;
-    const auto pixel = camera.Project(p_camera);
-    if (!pixel || !camera.Contains(*pixel)) return false;
-    const Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
-    return !rays_.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                          static_cast<float>(distance_m - kPipeMargin_m));
   }
 
   const ScenePipe& pipe_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,6 +17,14 @@ namespace slcmap::inline data {
 
 // A surface this near in front of a point does not hide it.
 inline constexpr double kSightMargin_m = 0.02;
+
+// Whether a camera sees a point in its frame that is at most range_m away: a surface less than
+// margin_m in front of it does not hide it.
+bool IsInSight(const RayScene& rays, const Camera& camera, const RigidTransform& T_world_camera,
+               const Eigen::Vector3d& p_camera, double range_m, double margin_m);
+
+// The stretches of a length of which the samples, evenly along it, were seen.
+std::vector<Interval> SeenStretches(const std::vector<uint8_t>& seen, double length_m);
 
 // The walls of a scene, nothing seen: planes of least squares where they are bent.
 std::vector<TrueWall> TrueWalls(const Scene& scene);
