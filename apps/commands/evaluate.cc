@@ -13,6 +13,7 @@
 #include "apps/commands/progress.h"
 #include "apps/evaluation/building_metrics.h"
 #include "apps/evaluation/line_metrics.h"
+#include "apps/evaluation/report.h"
 #include "apps/evaluation/surface_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_report.h"
@@ -85,7 +86,6 @@ Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignm
   } catch (const DataError& error) {
     throw DataError(fmt::format("{} against {}: {}", inputs.mapped, inputs.truth, error.what()));
   }
-  std::fputs(("\n" + LineTable(inputs, metrics)).c_str(), stdout);
   return LineJson(inputs, metrics);
 }
 
@@ -94,7 +94,6 @@ Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& ali
   const Trajectory truth = ReadTruth(arguments.inputs);
   const SurfaceMetrics metrics =
       EvaluateSurfaces(inputs, truth, alignment, arguments.visibility, StageProgress("surfaces"));
-  std::fputs(("\n" + SurfaceTable(inputs, metrics)).c_str(), stdout);
   return SurfaceJson(inputs, metrics);
 }
 
@@ -106,7 +105,6 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
   const Building building =
       Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
   const BuildingMetrics metrics = EvaluateBuilding(truth, building);
-  std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
   return BuildingJson(inputs, metrics);
 }
 
@@ -114,7 +112,6 @@ Json EvaluatePipeMap(const ComparedFiles& inputs, const Alignment& alignment) {
   const EndsAtOnce nothing_is_written;
   const std::vector<TruePipe> truth = ReadTruePipes(inputs.truth);
   const PipeMetrics metrics = EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.mapped)));
-  std::fputs(("\n" + PipeTable(inputs, metrics)).c_str(), stdout);
   return PipeJson(inputs, metrics);
 }
 
@@ -135,8 +132,15 @@ void Evaluate(EvaluateArguments arguments) {
   if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
   const TrajectoryMetrics metrics = CompareTrajectories(&inputs, arguments.max_truth_gap_s);
   if (!inputs.finding.empty()) spdlog::warn("{}: {}", inputs.estimate, inputs.finding);
-  std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
+  if (metrics.coverage.flagged) {
+    spdlog::warn("{}: too few poses to compare its errors", inputs.estimate);
+  }
   Json json = TrajectoryJson(inputs, metrics);
+  std::fputs(FiguresText(json).c_str(), stdout);
+  const auto add = [&](const char* name, const Json& figures) {
+    std::fputs(("\n" + FiguresText({{name, figures}})).c_str(), stdout);
+    json[name] = figures;
+  };
   const auto aligned = [&](const std::vector<std::string>& mapped_files) {
     Alignment alignment = metrics.absolute.front().alignment;
     alignment.T_truth_estimate =
@@ -145,17 +149,16 @@ void Evaluate(EvaluateArguments arguments) {
   };
   try {
     if (const std::string& lines = arguments.lines.mapped; !lines.empty()) {
-      json["lines"] = EvaluateLineMap(arguments, aligned({lines}));
+      add("lines", EvaluateLineMap(arguments, aligned({lines})));
     }
     if (const SurfaceInputs& surfaces = arguments.surfaces; !surfaces.true_surfaces.empty()) {
-      json["surfaces"] =
-          EvaluateSurfaceMap(arguments, aligned({surfaces.cloud, surfaces.occupancy}));
+      add("surfaces", EvaluateSurfaceMap(arguments, aligned({surfaces.cloud, surfaces.occupancy})));
     }
     if (const std::string& planes = arguments.building.mapped; !planes.empty()) {
-      json["building"] = EvaluateMappedBuilding(arguments, aligned({planes}));
+      add("building", EvaluateMappedBuilding(arguments, aligned({planes})));
     }
     if (const std::string& pipes = arguments.pipes.mapped; !pipes.empty()) {
-      json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned({pipes}));
+      add("pipes", EvaluatePipeMap(arguments.pipes, aligned({pipes})));
     }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();

@@ -283,38 +283,7 @@ Building Aligned(const Alignment& alignment, Building building) {
   return building;
 }
 
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string Percent(int64_t part, int64_t all) {
-  return FigureText(100 * ComputeShare(part, all), 1);
-}
-
-}  // namespace
-
-std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
-  std::string text = fmt::format("building  {}, {}\n\n", inputs.truth, inputs.mapped);
-  text +=
-      fmt::format("walls     {} of {} found ({} %), offset {} m median, {} m 95 %\n",
-                  metrics.walls_found, metrics.walls, Percent(metrics.walls_found, metrics.walls),
-                  FigureText(metrics.offset_median_m, 4), FigureText(metrics.offset_95_m, 4));
-  text += fmt::format("distances {} between opposite walls, error {} m 95 %\n", metrics.distances,
-                      FigureText(metrics.distance_error_95_m, 4));
-  text += fmt::format("intervals {} of {} hold the truth ({} %)\n", metrics.intervals_held,
-                      metrics.intervals, Percent(metrics.intervals_held, metrics.intervals));
-  text += fmt::format(
-      "openings  {} of {} found, {} false, F1 {} %, clear width off by {} m median\n",
-      metrics.openings_found, metrics.openings, metrics.openings_false,
-      FigureText(100 * metrics.openings_f1, 1), FigureText(metrics.clear_width_median_m, 3));
-  text += fmt::format(
-      "rooms     {} of {} found, {} with the right area, off by {} % median; {} mapped\n",
-      metrics.rooms_found, metrics.rooms, metrics.rooms_right,
-      FigureText(100 * metrics.area_error_median, 2), metrics.rooms_mapped);
-  return text;
-}
-
-Json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
+nlohmann::ordered_json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics) {
   return {{"planes", inputs.mapped},
           {"true_building", inputs.truth},
           {"walls", metrics.walls},
@@ -421,19 +390,6 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
   metrics.radius_95_m = QuantileFigure(radius_errors_m, 0.95);
   metrics.axis_median_m = QuantileFigure(distances_m, 0.5);
   return metrics;
-}
-
-std::string PipeTable(const ComparedFiles& inputs, const PipeMetrics& metrics) {
-  return fmt::format(
-      "pipes     {}, {}\n\n"
-      "found     {} of {} ({} %), {:.1f} of {:.1f} m that were seen; {} by their axes alone\n"
-      "false     {} of {} mapped\n"
-      "radius    {} m median, {} m 95 %; axis {} m median\n",
-      inputs.truth, inputs.mapped, metrics.found, metrics.pipes,
-      FigureText(100 * ComputeShare(metrics.found, metrics.pipes), 1), metrics.found_m,
-      metrics.seen_m, metrics.found_axes, metrics.false_pipes, metrics.mapped,
-      FigureText(metrics.radius_median_m, 4), FigureText(metrics.radius_95_m, 4),
-      FigureText(metrics.axis_median_m, 4));
 }
 
 nlohmann::ordered_json PipeJson(const ComparedFiles& inputs, const PipeMetrics& metrics) {

@@ -49,7 +49,6 @@ Building Aligned(const Alignment& alignment, Building building);
 // Of truth/building.json of a simulated sequence, and planes.json of a map, beside which the other
 // files of the building are.
 
-std::string BuildingTable(const ComparedFiles& inputs, const BuildingMetrics& metrics);
 nlohmann::ordered_json BuildingJson(const ComparedFiles& inputs, const BuildingMetrics& metrics);
 
 // How good the pipes of a map are.
@@ -71,7 +70,6 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
 
 // Of truth/pipes.csv of a simulated sequence, and pipes.json of a map.
 
-std::string PipeTable(const ComparedFiles& inputs, const PipeMetrics& metrics);
 nlohmann::ordered_json PipeJson(const ComparedFiles& inputs, const PipeMetrics& metrics);
 
 }  // namespace slcmap::evaluation

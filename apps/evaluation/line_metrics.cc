@@ -341,26 +341,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string ScoreRow(const LineScore& score) {
-  const std::string clear =
-      score.clear_recall ? fmt::format("{:>16}", FigureText(100 * *score.clear_recall, 1)) : "";
-  return fmt::format("{:<9.2f}{:>10.2f}{:>10}{:>12}{:>12}{}\n", score.tolerance_m, score.recall_m,
-                     FigureText(100 * score.recall, 1), FigureText(100 * score.precision, 1),
-                     FigureText(score.redundancy, 2), clear);
-}
-
-std::string KindTable(const LineMetrics& metrics) {
-  std::string text =
-      fmt::format("\nmarks     {:.2f} m\n\nwithin m  marks called edges %  edges called marks %\n",
-                  metrics.marks_length_m);
-  for (const KindScore& score : metrics.kinds) {
-    text += fmt::format("{:<9.2f}{:>21}{:>22}\n", score.tolerance_m,
-                        FigureText(100 * score.marks_called_edges, 1),
-                        FigureText(100 * score.edges_called_marks, 1));
-  }
-  return text;
-}
-
 Json ScoreJson(const LineScore& score) {
   Json json = {{"tolerance_m", score.tolerance_m},
                {"recall_m", score.recall_m},
@@ -389,32 +369,6 @@ Json AccuracyJson(const LineAccuracy& accuracy) {
 }
 
 }  // namespace
-
-std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics) {
-  std::string text =
-      fmt::format("edges     {}, {:.2f} m seen\nlines     {}, {} lines of {:.2f} m\n", inputs.truth,
-                  metrics.seen_length_m, inputs.mapped, metrics.lines, metrics.mapped_length_m);
-  if (metrics.without_extent > 0) {
-    text +=
-        fmt::format("          {} of them without extent, not counted\n", metrics.without_extent);
-  }
-  if (metrics.clear_length_m) {
-    text += fmt::format("          {:.2f} m of the edges seen clearly\n", *metrics.clear_length_m);
-  }
-  text += "\nwithin m  recall m  recall %  precision %  redundancy";
-  text += metrics.clear_length_m ? "  clear recall %\n" : "\n";
-  for (const LineScore& score : metrics.scores) text += ScoreRow(score);
-  if (metrics.accuracy) {
-    const LineAccuracy& accuracy = *metrics.accuracy;
-    text += fmt::format(
-        "\nlines     direction {:.3f} deg mean, {:.3f} deg RMS, offset {:.4f} m RMS, over the "
-        "{:.2f} m within {} m\n",
-        accuracy.direction_mean_deg, accuracy.direction_rms_deg, accuracy.offset_rms_m,
-        accuracy.length_m, metrics.scores.back().tolerance_m);
-  }
-  if (!metrics.kinds.empty()) text += KindTable(metrics);
-  return text;
-}
 
 Json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics) {
   Json json = {{"true_edges", inputs.truth},

@@ -81,7 +81,6 @@ std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> li
 
 // Line metrics as a table to read, and as JSON to compute with.
 
-std::string LineTable(const ComparedFiles& inputs, const LineMetrics& metrics);
 nlohmann::ordered_json LineJson(const ComparedFiles& inputs, const LineMetrics& metrics);
 
 }  // namespace slcmap::evaluation

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,5 +40,8 @@ inline double QuantileFigure(std::vector<double> values, double share) {
 inline std::string FigureText(double figure, int digits) {
   return std::isnan(figure) ? "-" : fmt::format("{:.{}f}", figure, digits);
 }
+
+// Figures to read, by the names that they have in JSON.
+std::string FiguresText(const nlohmann::ordered_json& figures);
 
 }  // namespace slcmap::evaluation

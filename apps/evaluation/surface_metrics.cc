@@ -256,42 +256,6 @@ Rig TrueRig(const SurfaceInputs& inputs) {
   return ReadCalibration(path, &warnings).rig;
 }
 
-std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics) {
-  std::string text = fmt::format(
-      "cloud     {}, {} points, {} of them filled, {} m RMS\n"
-      "          filled where something was seen {} %\n",
-      inputs.cloud, metrics.points, metrics.filled, FigureText(metrics.rms_m, 4),
-      FigureText(100 * metrics.filled_seen, 1));
-  text += "\nwithin m  accuracy %  filled %";
-  for (const double range_m : kRanges_m) {
-    text += fmt::format("{:>16}{:>9}", fmt::format("seen <{} m %", range_m), "F %");
-  }
-  text += "\n";
-  for (const CloudScore& score : metrics.scores) {
-    text +=
-        fmt::format("{:<9.2f}{:>11}{:>10}", score.tolerance_m, FigureText(100 * score.accuracy, 1),
-                    FigureText(100 * score.filled_accuracy, 1));
-    for (std::size_t i = 0; i < score.f.size(); ++i) {
-      text += fmt::format("{:>16}{:>9}", FigureText(100 * score.completeness[i], 1),
-                          FigureText(100 * score.f[i], 1));
-    }
-    text += "\n";
-  }
-  return text;
-}
-
-std::string OccupancyTable(const SurfaceInputs& inputs, const OccupancyMetrics& metrics) {
-  return fmt::format(
-      "\noccupancy {}, {} rays\n"
-      "          end cells occupied {} %, they or those beside them {} %\n"
-      "          passages known {} %, free of these {} %\n"
-      "          called free of {} samples behind surfaces {} %\n",
-      inputs.occupancy, metrics.rays, FigureText(100 * metrics.ends_occupied, 1),
-      FigureText(100 * metrics.ends_occupied_nearby, 1),
-      FigureText(100 * metrics.passages_known, 1), FigureText(100 * metrics.passages_free, 2),
-      metrics.behind, FigureText(100 * metrics.behind_called_free, 2));
-}
-
 Json ScoreJson(const CloudScore& score) {
   Json json = {{"tolerance_m", score.tolerance_m},
                {"accuracy", score.accuracy},
@@ -333,13 +297,6 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
                                           alignment, progress.Part(kCast, 1));
   }
   return metrics;
-}
-
-std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics) {
-  std::string text = fmt::format("surfaces  {}\n", inputs.true_surfaces);
-  if (metrics.cloud) text += CloudTable(inputs, *metrics.cloud);
-  if (metrics.occupancy) text += OccupancyTable(inputs, *metrics.occupancy);
-  return text;
 }
 
 Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics) {

@@ -93,7 +93,6 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
                                 const Alignment& alignment, const VisibilityOptions& visibility,
                                 const Progress& progress = {});
 
-std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics);
 nlohmann::ordered_json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics);
 
 }  // namespace slcmap::evaluation

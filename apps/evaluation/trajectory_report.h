@@ -1,4 +1,4 @@
-// Trajectory metrics as tables and JSON, and why an estimate may be of another form.
+// Trajectory metrics as JSON, and why an estimate may be of another form.
 #pragma once
 
 #include <functional>
@@ -30,9 +30,7 @@ std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& es
 std::optional<RigidTransform> FindCameraPose(const std::string& calibration,
                                              const std::string& truth);
 
-// Trajectory metrics as text: a table to read and JSON to compute with.
-
-// What was compared; stands at the head of both forms.
+// What was compared.
 struct EvaluationInputs {
   std::string truth, estimate;  // paths
   PoseForm form;                // of the estimate, or of the truth
@@ -42,7 +40,6 @@ struct EvaluationInputs {
   std::string stamps;       // path of the stamps that coverage counts; empty: those of the truth
 };
 
-std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
 nlohmann::ordered_json TrajectoryJson(const EvaluationInputs& inputs,
                                       const TrajectoryMetrics& metrics);
 

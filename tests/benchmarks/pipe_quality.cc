@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "apps/evaluation/building_metrics.h"
+#include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "mapping/adjustment/adjustment.h"
@@ -50,7 +52,7 @@ void Measure(const std::string& folder, const std::string& sequence,
   for (const MapPipe& pipe : pipes) {
     Print(pipe, EvaluatePipes(truth, {pipe}).false_pipes == 0);
   }
-  std::cout << PipeTable(inputs, EvaluatePipes(truth, pipes));
+  std::cout << FiguresText(PipeJson(inputs, EvaluatePipes(truth, pipes)));
   std::printf("lines     %zu are explained by them; %.2f s\n", found.line_ids.size(), took.count());
 }
 
