@@ -12,10 +12,9 @@ namespace slcmap::inline evaluation {
 namespace {
 
 // What bars are drawn of, where it was measured.
-constexpr std::array<const char*, 7> kPlotted = {
-    "ape_final_m",  "edge_thickness_mm", "edge_thickness_beyond_mm",
-    "bend_10m_mm",  "distance_95_mm",    "line_precision_5cm_percent",
-    "cpu_ms_a_pair"};
+constexpr std::array<const char*, 5> kPlotted = {"ape_final_m", "edge_thickness_mm",
+                                                 "edge_thickness_beyond_mm",
+                                                 "line_precision_5cm_percent", "cpu_ms_a_pair"};
 
 constexpr char kStyle[] = R"(
 :root { color-scheme: light dark; --ink: #1d2530; --soft: #5c6773; --page: #f6f7f8; --card: #fff;
