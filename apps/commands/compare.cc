@@ -309,35 +309,22 @@ void Compare(const CompareArguments& arguments) {
   RefuseEmpty(arguments.output, comparison);
 }
 
-std::string FormatMapsCommand(const CompareArguments& arguments) {
-  const ExternalMapArguments& maps = arguments.maps;
-  std::string command = "slcmap compare --maps";
-  for (const std::string& map : maps.maps) command += " " + Quoted(map);
-  if (!maps.truth.empty()) command += " --true-map " + Quoted(maps.truth);
-  if (maps.true_scale != 1) command += fmt::format(" --true-scale {:g}", maps.true_scale);
-  for (const std::string& scale : maps.scales) command += " --map-scale " + Quoted(scale);
-  if (maps.as_they_are) command += " --as-they-are";
-  return command + " -o " + Quoted(arguments.output);
-}
-
 // Maps by any system instead of methods on sequences.
 void CompareMaps(const CompareArguments& arguments) {
   const EndsAtOnce only_read;
   const MapsToMeasure maps = CollectMaps(arguments.maps);
   const std::vector<std::string> inputs = CollectFiles(maps);
   RefuseInputs(arguments.output, inputs);
-  OutputFolder output(arguments.output,
-                      {"a comparison of maps", {"maps.json", "maps.csv", "maps.html"}}, inputs);
+  OutputFolder output(arguments.output, {"a comparison of maps", {"maps.json", "maps.csv"}},
+                      inputs);
   output.Open();
   const std::vector<MeasuredMap> measured = MeasureMaps(maps, StageProgress("maps"));
   const std::string& folder = output.staging();
   WriteFile(folder + "/maps.csv", MapCsv(measured));
-  WriteFile(folder + "/maps.html", MapPage(measured, FormatMapsCommand(arguments)));
   WriteJsonFile(folder + "/maps.json", MapsJson(measured));
   output.Commit();
   std::fputs(MapTable(measured).c_str(), stdout);
-  std::printf("\nresults   %s/maps.json, maps.csv\nopen      %s/maps.html\n",
-              arguments.output.c_str(), arguments.output.c_str());
+  std::printf("\nresults   %s/maps.json, maps.csv\n", arguments.output.c_str());
 }
 
 }  // namespace

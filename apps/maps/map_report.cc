@@ -7,7 +7,6 @@
 
 #include "apps/evaluation/report.h"
 #include "apps/maps/measured_map.h"
-#include "data/io/file.h"
 
 namespace slcmap::inline evaluation {
 namespace {
@@ -277,40 +276,6 @@ Json MapsJson(const std::vector<MeasuredMap>& maps) {
     json["maps"].push_back(std::move(one));
   }
   return json;
-}
-
-std::string MapPage(const std::vector<MeasuredMap>& maps, const std::string& command) {
-  std::string html =
-      "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>Straightness of maps"
-      "</title>\n<style>body { margin: 2rem auto; max-width: 1100px; padding: 0 1rem; font: "
-      "15px/1.5 "
-      "system-ui, sans-serif; }\ntable { border-collapse: collapse; font-variant-numeric: "
-      "tabular-nums; }\nth, td { padding: 3px 12px; text-align: right; border-bottom: 1px solid "
-      "#d9dee3; }\nth:first-child, td:first-child { text-align: left; } code { overflow-wrap: "
-      "anywhere; "
-      "}</style>\n"
-      "<h1>Straightness of maps</h1>\n";
-  for (const std::string& words : Ranking(maps)) {
-    html += "<p>" + EscapeMarkup(words) + "</p>\n";
-  }
-  html += "<table>\n<tr><th></th>";
-  for (const MeasuredMap& map : maps) {
-    html += fmt::format("<th title=\"{}\">{}</th>", EscapeMarkup(map.path), EscapeMarkup(map.name));
-  }
-  html += "</tr>\n<tr><td>what it is</td>";
-  for (const MeasuredMap& map : maps) html += "<td>" + EscapeMarkup(Contents(map)) + "</td>";
-  html += "</tr>\n";
-  for (const MapFigure& figure : AllFigures()) {
-    if (!IsKnown(figure, maps)) continue;
-    html += "<tr><td>" + EscapeMarkup(LabelWithUnit(figure)) + "</td>";
-    for (const std::string& cell : Cells(figure, maps)) html += "<td>" + cell + "</td>";
-    html += "</tr>\n";
-  }
-  return html +
-         "</table>\n<p>Walls and edges are found in each map by itself, and count by area "
-         "and by length, however densely they were sampled. RMS: from the plane or line that "
-         "fits best under the straightedge.</p>\n<p><code>" +
-         EscapeMarkup(command) + "</code></p>\n</html>\n";
 }
 
 }  // namespace slcmap::evaluation

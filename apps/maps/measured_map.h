@@ -35,12 +35,11 @@ struct MeasuredMap {
 // Throws DataError, and StoppedError when progress says so.
 std::vector<MeasuredMap> MeasureMaps(const MapsToMeasure& maps, const Progress& progress = {});
 
-// Measured maps side by side: a table to read, CSV, JSON and a page.
+// Measured maps side by side: a table to read, CSV and JSON.
 
 std::string MapTable(const std::vector<MeasuredMap>& maps);
 std::string MapCsv(const std::vector<MeasuredMap>& maps);
 nlohmann::ordered_json MapsJson(const std::vector<MeasuredMap>& maps);
-std::string MapPage(const std::vector<MeasuredMap>& maps, const std::string& command);
 
 // In words: which map is the straightest, by its walls and by its lines, under the longest
 // straightedge that can be laid on all of them.

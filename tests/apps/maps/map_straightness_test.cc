@@ -256,7 +256,6 @@ TEST(MapsAgainstAScan, AreLaidOnItAndRanked) {
   EXPECT_LT(ranking[0].find("bent "), ranking[0].find("noisy ")) << ranking[0];
   for (const MeasuredMap& map : measured) {
     EXPECT_NE(MapTable(measured).find(map.name), std::string::npos);
-    EXPECT_NE(MapPage(measured, "").find(map.name), std::string::npos);
   }
 }
 
