@@ -113,7 +113,7 @@ BuildingPlane ParsePlane(const std::string& path, const Json& json) {
     plane.openings.push_back(ParseOpening(place, opening));
   }
   plane.room_ids = json.at("room_ids").get<std::vector<int64_t>>();
-  plane.inferred = json.value("inferred", false);  // maps of earlier versions do not say
+  plane.inferred = json.at("inferred").get<bool>();
   return plane;
 }
 

@@ -299,20 +299,14 @@ Json GeoreferenceJson(const std::optional<Georeference>& georeference) {
 
 std::optional<Georeference> ParseGeoreference(const std::string& place, const Json& json) {
   constexpr double kMostOffset_m = 1e10;  // beyond the Earth
-  const auto parse_origin = [&](const Json& in, const char* key) {
-    return ParsePoint<Eigen::Vector3d>(place + ": " + key, in.at(key), kMostOffset_m);
-  };
+  const Json& found = json.at("georeference");
+  if (found.is_null()) return std::nullopt;
   Georeference georeference;
-  if (const Json found = json.value("georeference", Json()); !found.is_null()) {
-    georeference.crs = found.at("crs").get<std::string>();
-    georeference.origin_m = parse_origin(found, "origin_m");
-    georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);
-    georeference.scale = BoundedAt(place, found, "scale", 0.5, 2.0);
-    return georeference;
-  }
-  if (!json.contains("world_offset_m")) return std::nullopt;
-  georeference.origin_m = parse_origin(json, "world_offset_m");
-  if (georeference.origin_m.isZero()) return std::nullopt;
+  georeference.crs = found.at("crs").get<std::string>();
+  georeference.origin_m =
+      ParsePoint<Eigen::Vector3d>(place + ": origin_m", found.at("origin_m"), kMostOffset_m);
+  georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);
+  georeference.scale = BoundedAt(place, found, "scale", 0.5, 2.0);
   return georeference;
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "data/io/csv.h"
 #include "data/io/file.h"
@@ -29,10 +28,12 @@ bool IsTelling(const MapLine& line) {
   return vertical < kLevelCosine && length_m >= kShortestLevel_m;
 }
 
-PlaceIndex MakeIndex(const std::vector<MapLine>& lines, const Trajectory& poses) {
+}  // namespace
+
+PlaceIndex MakePlaceIndex(const MapResult& map) {
   PlaceIndex index;
-  std::ranges::copy_if(lines, std::back_inserter(index.edges), IsTelling);
-  for (const StampedPose& pose : poses) {
+  std::ranges::copy_if(map.lines, std::back_inserter(index.edges), IsTelling);
+  for (const StampedPose& pose : map.trajectory) {
     const Eigen::Vector3d& p = pose.T_world_imu.translation;
     if (index.walk_world.empty() ||
         (p - index.walk_world.back()).norm() >= kBetweenPlacesOfWalk_m) {
@@ -41,6 +42,8 @@ PlaceIndex MakeIndex(const std::vector<MapLine>& lines, const Trajectory& poses)
   }
   return index;
 }
+
+namespace {
 
 const CsvColumns& PlaceColumns() {
   using Kind = CsvColumn::Kind;
@@ -66,8 +69,6 @@ Eigen::Vector3d PointAt(const CsvTable& row, std::size_t column) {
 
 }  // namespace
 
-PlaceIndex MakePlaceIndex(const MapResult& map) { return MakeIndex(map.lines, map.trajectory); }
-
 void WritePlaceIndex(const std::string& path, const PlaceIndex& index) {
   std::string text = CsvHeader(PlaceColumns()) + "\n";
   for (const Eigen::Vector3d& p : index.walk_world) text += FormatPlace(kWalk, p, p);
@@ -79,10 +80,6 @@ void WritePlaceIndex(const std::string& path, const PlaceIndex& index) {
 
 PlaceIndex ReadPlaceIndex(const std::string& folder) {
   const std::string path = folder + "/" + kPlaceFile;
-  if (!std::filesystem::exists(path)) {
-    return MakeIndex(ReadMapLines(folder + "/lines.ply"),
-                     ReadTumTrajectory(folder + "/trajectory.tum"));
-  }
   PlaceIndex index;
   CsvTable::ForEach(path, PlaceColumns(), [&](const CsvTable& row) {
     if (row.Int(0, 0) == kWalk) {

@@ -22,8 +22,7 @@ inline constexpr const char* kPlaceFile = "places.csv";
 // Writes a centimetre exactly. Throws OutputError.
 void WritePlaceIndex(const std::string& path, const PlaceIndex& index);
 
-// Of a map folder; of a map by an earlier version, which has none, of its lines and poses. Throws
-// DataError naming file and row.
+// Of a map folder. Throws DataError naming file and row.
 PlaceIndex ReadPlaceIndex(const std::string& folder);
 
 }  // namespace slcmap::mapping
