@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/io/csv.h"
 #include "data/io/pose_file.h"
 
@@ -106,6 +107,26 @@ std::optional<RigidTransform> PoseAt(const Trajectory& trajectory, int64_t stamp
   if (ToSeconds(gap_ns) > max_gap_s) return std::nullopt;
   const double u = static_cast<double>(stamp_ns - before->stamp_ns) / static_cast<double>(gap_ns);
   return Interpolate(before->T_world_imu, after->T_world_imu, u);
+}
+
+std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns,
+                                       double max_gap_s, double max_offset_s) {
+  if (const auto between = PoseAt(trajectory, stamp_ns, max_gap_s)) return between;
+  const auto after = std::ranges::lower_bound(trajectory, stamp_ns, {}, &StampedPose::stamp_ns);
+  const int64_t most_ns = ToNanoseconds(max_offset_s);
+  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
+  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
+    return std::prev(after)->T_world_imu;
+  }
+  return std::nullopt;
+}
+
+double MedianPeriod_s(const Trajectory& trajectory) {
+  std::vector<double> periods_s;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
+  }
+  return Quantile(std::move(periods_s), 0.5);
 }
 
 namespace {

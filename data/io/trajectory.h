@@ -40,6 +40,14 @@ void WriteTumTrajectory(const std::string& path, const Trajectory& trajectory);
 std::optional<RigidTransform> PoseAt(const Trajectory& trajectory, int64_t stamp_ns,
                                      double max_gap_s = 0.5);
 
+// The same or, where there are no such neighbours, the pose that is at most max_offset_s away: that
+// of the stamp, which was rounded.
+std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns,
+                                       double max_gap_s, double max_offset_s);
+
+// The time from a pose to the next.
+double MedianPeriod_s(const Trajectory& trajectory);
+
 // What is done to the rows of a file so that they are poses of the IMU in metres, in a world with z
 // up, at times of the images' clock. "" is for what the file tells.
 struct PoseForm {

@@ -26,6 +26,7 @@ using Eigen::Vector3d;
 constexpr double kMaxLineChi2 = 16;
 
 constexpr size_t kMinKeyframes = 3;
+constexpr char kDiverged[] = "the adjustment diverged";
 constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
 // costs little. Rounds that another follows need less: to find visits, to see which closures pull
@@ -95,18 +96,18 @@ std::vector<RigidTransform> ComputeCorrections(const AdjustmentState& state) {
   return corrections;
 }
 
-void MoveLandmarks(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
+void MoveLandmarks(const AdjustmentState& state, OdometryRun* run) {
   const std::vector<RigidTransform> corrections = ComputeCorrections(state);
   std::map<int64_t, size_t> last_seen;
-  for (size_t k = 0; k < run.keyframes.size(); ++k) {
-    for (const auto& seen : run.keyframes[k].observations) last_seen[seen.landmark_id] = k;
+  for (size_t k = 0; k < run->keyframes.size(); ++k) {
+    for (const auto& seen : run->keyframes[k].observations) last_seen[seen.landmark_id] = k;
   }
   std::map<int64_t, Vector3d> adjusted;
   for (const AdjustedPoint& point : state.points) {
     if (point.observations.empty() || !(point.block[2] > 0)) continue;
     adjusted[point.landmark->id] = PointInWorld(point, state);
   }
-  for (Landmark landmark : run.landmarks) {
+  for (Landmark& landmark : run->landmarks) {
     const auto known = adjusted.find(landmark.id);
     const auto seen = last_seen.find(landmark.id);
     if (known != adjusted.end()) {
@@ -114,7 +115,6 @@ void MoveLandmarks(const OdometryRun& run, const AdjustmentState& state, Adjustm
     } else if (seen != last_seen.end()) {
       landmark.p_world = corrections[seen->second] * landmark.p_world;
     }
-    result->landmarks.push_back(std::move(landmark));
   }
 }
 
@@ -125,15 +125,15 @@ void LayOnto(const AdjustedLine& adjusted, Line* line) {
   line->end_world = NearestOn(in_world, line->end_world);
 }
 
-void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
+void MoveLines(const AdjustmentState& state, OdometryRun* run) {
   const std::vector<RigidTransform> corrections = ComputeCorrections(state);
   std::map<int64_t, size_t> index_of;
-  for (size_t k = 0; k < run.keyframes.size(); ++k) index_of[run.keyframes[k].id] = k;
+  for (size_t k = 0; k < run->keyframes.size(); ++k) index_of[run->keyframes[k].id] = k;
   std::map<int64_t, const AdjustedLine*> adjusted;
   for (const AdjustedLine& line : state.lines) {
     if (!line.observations.empty()) adjusted[line.line->id] = &line;
   }
-  for (Line line : run.lines) {
+  for (Line& line : run->lines) {
     const auto seen = index_of.find(line.last_keyframe);
     if (seen != index_of.end()) {
       line.start_world = corrections[seen->second] * line.start_world;
@@ -141,7 +141,6 @@ void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentR
     }
     const auto known = adjusted.find(line.id);
     if (known != adjusted.end()) LayOnto(*known->second, &line);
-    result->lines.push_back(std::move(line));
   }
 }
 
@@ -254,23 +253,21 @@ class Adjustment {
     return closing == Closing::kDone;
   }
 
-  AdjustmentResult Result() {
-    AdjustmentResult result;
-    result.usable = true;
-    for (const AdjustedFrame& frame : state_.frames) {
-      result.T_world_imu.push_back(PoseFromBlock(frame.pose));
+  AdjustedRun Result() {
+    OdometryRun run = run_;
+    MoveLandmarks(state_, &run);
+    MoveLines(state_, &run);
+    for (size_t k = 0; k < run.keyframes.size(); ++k) {
+      run.keyframes[k].T_world_imu = PoseFromBlock(state_.frames[k].pose);
     }
-    MoveLandmarks(run_, state_, &result);
-    MoveLines(run_, state_, &result);
     for (size_t i = 0; i < state_.headings.size(); ++i) {
-      result.headings_rad.push_back(state_.headings[i] ? *state_.headings[i]
-                                                       : run_.manhattan_worlds[i].heading_rad);
+      if (state_.headings[i]) run.manhattan_worlds[i].heading_rad = *state_.headings[i];
     }
     if (known_) {
-      result.calibration =
-          Describe(state_.calibration(), known_->covariance, options_.calibration.sigma_scale);
-      result.calibration->stamp_ns = run_.keyframes.back().stamp_ns;
-      result.calibration->segment = run_.keyframes.back().segment;
+      run.calibration.push_back(
+          Describe(state_.calibration(), known_->covariance, options_.calibration.sigma_scale));
+      run.calibration.back().stamp_ns = run.keyframes.back().stamp_ns;
+      run.calibration.back().segment = run.keyframes.back().segment;
     }
     Count(state_, &figures_);
     for (const Closure& closure : closures_) {
@@ -278,8 +275,7 @@ class Adjustment {
       figures_.matched_points += std::ssize(closure.points);
       figures_.matched_edges += std::ssize(closure.edges);
     }
-    result.figures = figures_;
-    return result;
+    return {std::move(run), figures_};
   }
 
  private:
@@ -321,24 +317,18 @@ class Adjustment {
   AdjustmentFigures figures_;
 };
 
-AdjustmentResult Unusable(const std::string& reason) {
-  AdjustmentResult result;
-  result.reason = reason;
-  return result;
-}
-
 }  // namespace
 
-AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
-                                    const ClosureSource& find, const Progress& progress,
-                                    const std::vector<ControlTie>& control) {
+AdjustedRun AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
+                               const ClosureSource& find, const Progress& progress,
+                               const std::vector<ControlTie>& control) {
   options.Check();
   if (run.keyframes.size() < kMinKeyframes || run.imu.empty()) {
-    return Unusable("too few keyframes, or no IMU samples");
+    return {run, {}, "too few keyframes, or no IMU samples"};
   }
   Adjustment adjustment(run, options, control);
   if (!adjustment.Solve(progress.Part(0, 0.2), kRoughlySettled)) {
-    return Unusable("the adjustment diverged");
+    return {run, {}, kDiverged};
   }
   adjustment.MeasureScatter();
   adjustment.Reject();
@@ -349,12 +339,12 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
                  ? adjustment.SolveWithClosures(progress.Part(0.6, 1))
                  : adjustment.Solve(progress.Part(0.6, 1), kSettled);
   }
-  return usable ? adjustment.Result() : Unusable("the adjustment diverged");
+  return usable ? adjustment.Result() : AdjustedRun{run, {}, kDiverged};
 }
 
-AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
-                        const ViewImages* images, const Progress& progress,
-                        const std::vector<ControlTie>& control) {
+AdjustedRun Adjust(const OdometryRun& run, const AdjustmentOptions& options,
+                   const ViewImages* images, const Progress& progress,
+                   const std::vector<ControlTie>& control) {
   if (!options.closures.enabled) {
     return AdjustWithClosures(run, options, nullptr, progress, control);
   }
@@ -369,19 +359,6 @@ AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options
   return AdjustWithClosures(run, options, find, progress, control);
 }
 
-void Apply(const AdjustmentResult& result, OdometryRun* run) {
-  if (!result.usable) return;
-  for (size_t k = 0; k < run->keyframes.size(); ++k) {
-    run->keyframes[k].T_world_imu = result.T_world_imu[k];
-  }
-  run->landmarks = result.landmarks;
-  run->lines = result.lines;
-  for (size_t i = 0; i < result.headings_rad.size(); ++i) {
-    run->manhattan_worlds[i].heading_rad = result.headings_rad[i];
-  }
-  if (result.calibration) run->calibration.push_back(*result.calibration);
-}
-
 namespace {
 
 bool HasRevisit(const AdjustmentFigures& figures) {
@@ -392,27 +369,21 @@ bool HasRevisit(const AdjustmentFigures& figures) {
 
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress, const std::vector<ControlTie>& control) {
-  AdjustedRun adjusted{std::move(run), std::nullopt};
   // Without closures no place is known to be seen again; control points say as much.
   const bool needs_revisit = options.needs_revisit && control.empty();
   const bool is_wanted = options.enabled && (options.closures.enabled || !needs_revisit);
-  if (!is_wanted || adjusted.run.method == kExternalPoses || adjusted.run.keyframes.empty()) {
-    return adjusted;
-  }
+  if (!is_wanted || run.method == kExternalPoses || run.keyframes.empty()) return {std::move(run)};
   try {
-    const AdjustmentResult result = Adjust(adjusted.run, options, images, progress, control);
-    if (result.usable && needs_revisit && !HasRevisit(result.figures)) return adjusted;
-    if (result.usable) {
-      Apply(result, &adjusted.run);
-      adjusted.figures = result.figures;
-    } else {
+    AdjustedRun adjusted = Adjust(run, options, images, progress, control);
+    if (!adjusted.figures) {
       ++adjusted.run.warnings[kNotAdjusted];
-      spdlog::debug("keyframes are not adjusted: {}", result.reason);
+      spdlog::debug("keyframes are not adjusted: {}", adjusted.reason);
     }
+    if (!needs_revisit || !adjusted.figures || HasRevisit(*adjusted.figures)) return adjusted;
   } catch (const StoppedError&) {
     spdlog::debug("the adjustment was interrupted");
   }
-  return adjusted;
+  return {std::move(run)};
 }
 
 }  // namespace slcmap::mapping

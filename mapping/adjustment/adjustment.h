@@ -18,17 +18,11 @@
 
 namespace slcmap::inline mapping {
 
-struct AdjustmentResult {
-  // False where the run has too little to adjust, or the solution cannot be used: all is then as
-  // the run has it, and `reason` says why.
-  bool usable = false;
-  std::string reason;
-  std::vector<RigidTransform> T_world_imu;  // of the run's keyframes, in their order
-  std::vector<Landmark> landmarks;          // of the run, moved
-  std::vector<Line> lines;
-  std::vector<double> headings_rad;                // of the run's Manhattan worlds
-  std::optional<CalibrationEstimate> calibration;  // none where the run has found none
-  AdjustmentFigures figures;
+struct AdjustedRun {
+  OdometryRun run;  // states are the online ones
+  // None where it was not adjusted: all is then as the run has it, and `reason` says why.
+  std::optional<AdjustmentFigures> figures = {};
+  std::string reason = {};
 };
 
 // Where closures come from: what is recognised once a run is adjusted without any.
@@ -42,24 +36,14 @@ using ClosureSource =
 // recognised by points too, else by edges alone. Control points pull what they bind. Throws
 // StoppedError when progress says so, and
 // ConfigError.
-AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
-                        const ViewImages* images = nullptr, const Progress& progress = {},
-                        const std::vector<ControlTie>& control = {});
+AdjustedRun Adjust(const OdometryRun& run, const AdjustmentOptions& options,
+                   const ViewImages* images = nullptr, const Progress& progress = {},
+                   const std::vector<ControlTie>& control = {});
 
 // The same with closures from elsewhere, right or wrong; none looks for no revisits.
-AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
-                                    const ClosureSource& find, const Progress& progress = {},
-                                    const std::vector<ControlTie>& control = {});
-
-// The run with what the adjustment found in place of what it had.
-void Apply(const AdjustmentResult& result, OdometryRun* run);
-
-// A run as mapping takes it: adjusted over all its keyframes where that can be done.
-
-struct AdjustedRun {
-  OdometryRun run;                           // states are the online ones
-  std::optional<AdjustmentFigures> figures;  // none where it was not adjusted
-};
+AdjustedRun AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
+                               const ClosureSource& find, const Progress& progress = {},
+                               const std::vector<ControlTie>& control = {});
 
 // Counts runs that have too little to be adjusted, as a warning of the run.
 inline constexpr const char* kNotAdjusted = "not_adjusted";

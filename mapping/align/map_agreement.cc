@@ -110,8 +110,6 @@ class HeadingHistogram {
   std::array<double, kHeadingBins> bins_ = {};
 };
 
-}  // namespace
-
 std::vector<double> FindHeadings(const AlignmentFeatures& features) {
   HeadingHistogram histogram;
   for (const LinePlace& line : features.lines) {
@@ -125,6 +123,15 @@ std::vector<double> FindHeadings(const AlignmentFeatures& features) {
     }
   }
   return histogram.Peaks();
+}
+
+}  // namespace
+
+AlignmentFeatures FindFeatures(const std::vector<MapLine>& lines) {
+  AlignmentFeatures features;
+  SampleLines(lines, &features.lines);
+  features.headings_rad = FindHeadings(features);
+  return features;
 }
 
 AlignmentFeatures FindFeatures(const MapResult& map) {

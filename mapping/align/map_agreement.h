@@ -39,8 +39,8 @@ struct AlignmentFeatures {
 // Deterministic. Marks count as lines do: they are as true.
 AlignmentFeatures FindFeatures(const MapResult& map);
 
-// The headings of features by their lines and surfaces.
-std::vector<double> FindHeadings(const AlignmentFeatures& features);
+// Those of some lines alone.
+AlignmentFeatures FindFeatures(const std::vector<MapLine>& lines);
 
 // The turn about z by an angle, then a translation.
 RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation);

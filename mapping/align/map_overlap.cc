@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
@@ -22,9 +20,9 @@ using Eigen::Vector3d;
 
 constexpr double kShiftCell_m = 0.12;
 constexpr int kMostShiftCells = 4000;  // of a side of the plan: buildings of some 200 m
-constexpr int kShiftsOfTurn = 2, kMostHeights = 3;
+constexpr int kShiftsOfTurn = 2;
+constexpr double kUprightShare = 0.5;  // of an edge that is not level
 constexpr double kBetweenShifts_m = 0.5;
-constexpr double kLevelBin_m = 0.05, kBetweenLevels_m = 0.3;
 constexpr double kKnownCube_m = 1;     // around edges: there the map has looked
 constexpr double kNearWalk_m = 2;      // in the plan
 constexpr double kSameStorey_m = 1.2;  // in height
@@ -36,26 +34,6 @@ constexpr double kBothHaveIt = 0.55, kByChance = 0.08;
 constexpr double kEdgeReach_m = 0.12, kOneEdge_m = 2;
 // Places in the plan, turns and heights that are tried by the votes.
 const double kPlaces = std::log(1e5);
-
-LinePlace PlaceOn(const IndexedEdge& edge, double share) {
-  const Vector3d way = edge.end_world - edge.start_world;
-  return {edge.start_world + share * way, way.normalized(), 0};
-}
-
-AlignmentFeatures MakeFeatures(const PlaceIndex& index) {
-  AlignmentFeatures features;
-  for (const IndexedEdge& edge : index.edges) {
-    const int count = std::max(1, static_cast<int>(std::lround(edge.Length_m() / kLinePlace_m)));
-    for (int i = 0; i < count; ++i) features.lines.push_back(PlaceOn(edge, (i + 0.5) / count));
-  }
-  features.headings_rad = FindHeadings(features);
-  return features;
-}
-
-// Lengths of level edges by their heights.
-struct LevelEdge {
-  double z_m = 0, length_m = 0;
-};
 
 struct PlanShift {
   Vector2d shift = Vector2d::Zero();
@@ -98,46 +76,15 @@ std::vector<PlanShift> VoteForShifts(const std::vector<Vector2d>& first,
   return shifts;
 }
 
-// Shifts in height that bring most of the level edges onto others, the best first.
-std::vector<double> VoteForHeights(const std::vector<LevelEdge>& first,
-                                   const std::vector<LevelEdge>& second) {
-  std::map<int, double> bins;
-  for (const LevelEdge& a : first) {
-    for (const LevelEdge& b : second) {
-      bins[static_cast<int>(std::lround((a.z_m - b.z_m) / kLevelBin_m))] +=
-          std::min(a.length_m, b.length_m);
-    }
-  }
-  std::vector<std::pair<double, double>> votes;
-  for (const auto& [bin, length_m] : bins) {
-    const auto next = bins.find(bin + 1);
-    const double with_next_m = length_m + (next == bins.end() ? 0 : next->second);
-    votes.emplace_back(with_next_m, (bin + 0.5) * kLevelBin_m);
-  }
-  std::ranges::stable_sort(votes, std::greater(), &std::pair<double, double>::first);
-  std::vector<double> heights_m;
-  for (const auto& [length_m, height_m] : votes) {
-    const auto is_near = [z_m = height_m](double other_m) {
-      return std::abs(z_m - other_m) < kBetweenLevels_m;
-    };
-    if (heights_m.size() == kMostHeights) break;
-    if (std::ranges::none_of(heights_m, is_near)) heights_m.push_back(height_m);
-  }
-  return heights_m;
-}
-
 }  // namespace
 
 struct IndexedMap::Contents {
   explicit Contents(const PlaceIndex& places)
-      : features(MakeFeatures(places)), index(features), walk_world(places.walk_world) {
-    for (const IndexedEdge& edge : places.edges) {
-      const LinePlace middle = PlaceOn(edge, 0.5);
-      if (edge.IsUpright()) {
-        uprights.push_back(middle.p_world.head<2>());
-      } else {
-        levels.push_back({middle.p_world.z(), edge.Length_m()});
-      }
+      : features(FindFeatures(places.edges)), index(features), walk_world(places.walk_world) {
+    for (const MapLine& edge : places.edges) {
+      const Vector3d way = edge.end_world - edge.start_world;
+      if (std::abs(way.z()) < kUprightShare * way.norm()) continue;
+      uprights.push_back((edge.start_world + 0.5 * way).head<2>());
     }
     for (const LinePlace& place : features.lines) AddKnown(place.p_world);
     for (const Vector3d& p : walk_world) AddKnown(p);
@@ -166,7 +113,6 @@ struct IndexedMap::Contents {
   const AlignmentFeatures features;
   const FeatureIndex index;
   std::vector<Vector2d> uprights;
-  std::vector<LevelEdge> levels;
   std::unordered_set<int64_t> known;
   std::vector<Vector3d> walk_world;
 };
@@ -178,7 +124,7 @@ IndexedMap::IndexedMap(IndexedMap&&) noexcept = default;
 
 MapOverlap IndexedMap::FindOverlap(const IndexedMap& second) const {
   const Contents &ours = *contents_, &theirs = *second.contents_;
-  const std::vector<double> heights_m = VoteForHeights(ours.levels, theirs.levels);
+  const std::vector<double> heights_m = FindHeights(ours.features, theirs.features, {});
   MapOverlap best;
   for (const auto& [yaw_rad, heading_rad] : FindTurns(ours.features, theirs.features, {})) {
     const RigidTransform turn = LevelTransform(yaw_rad, Vector3d::Zero());

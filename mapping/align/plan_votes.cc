@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -144,69 +145,24 @@ std::vector<PlanPeak> FindPeaks(const cv::Mat1f& votes, const Eigen::Vector2i& m
   return peaks;
 }
 
-// Heights of what faces up, what faces down, and level lines, as histograms.
-class Heights {
- public:
-  explicit Heights(const AlignmentFeatures& features) {
-    for (const SurfaceSample& surface : features.surfaces) {
-      if (std::abs(surface.normal_world.z()) < kAcross) continue;
-      Add(surface.normal_world.z() > 0 ? 0 : 1, surface.p_world.z());
-    }
-    for (const LinePlace& line : features.lines) {
-      if (std::abs(line.direction_world.z()) < kLevelLine_z) Add(2, line.p_world.z());
-    }
-    for (std::vector<double>& bins : bins_) {
-      for (double& bin : bins) bin = std::sqrt(bin);
-    }
+// By bins of height: what faces up, what faces down, and level lines.
+std::array<std::map<int, double>, 3> CountHeights(const AlignmentFeatures& features) {
+  std::array<std::map<int, double>, 3> kinds;
+  const auto add = [&](size_t kind, double z_m) {
+    kinds[kind][static_cast<int>(std::floor(z_m / kHeightBin_m))] += 1;
+  };
+  for (const SurfaceSample& surface : features.surfaces) {
+    if (std::abs(surface.normal_world.z()) < kAcross) continue;
+    add(surface.normal_world.z() > 0 ? 0 : 1, surface.p_world.z());
   }
-
-  // Shifts of the other that bring its heights onto these, the best first.
-  std::vector<double> FindShifts(const Heights& other,
-                                 const std::function<bool(double)>& is_allowed) const {
-    std::vector<std::pair<double, int>> sums;
-    for (int shift = -kBins; shift <= kBins; ++shift) {
-      if (is_allowed(shift * kHeightBin_m)) sums.emplace_back(Votes(other, shift), shift);
-    }
-    std::stable_sort(sums.begin(), sums.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
-    std::vector<double> shifts_m;
-    for (const auto& [votes, shift] : sums) {
-      const double shift_m = shift * kHeightBin_m;
-      const auto is_near = [&](double s) { return std::abs(s - shift_m) < kBetweenHeights_m; };
-      if (votes < kLeastHeightShare * sums.front().first || shifts_m.size() == kHeightsOfPlace) {
-        break;
-      }
-      if (std::none_of(shifts_m.begin(), shifts_m.end(), is_near)) shifts_m.push_back(shift_m);
-    }
-    return shifts_m;
+  for (const LinePlace& line : features.lines) {
+    if (std::abs(line.direction_world.z()) < kLevelLine_z) add(2, line.p_world.z());
   }
-
- private:
-  static constexpr int kBins = 2500;  // up to 50 m above and below
-
-  void Add(int kind, double z_m) {
-    const int bin = static_cast<int>(std::floor(z_m / kHeightBin_m)) + kBins / 2;
-    if (bin < 0 || bin >= kBins) return;
-    bins_[kind][bin] += 1;
+  for (std::map<int, double>& bins : kinds) {
+    for (auto& [bin, count] : bins) count = std::sqrt(count);
   }
-
-  double Votes(const Heights& other, int shift) const {
-    double sum = 0;
-    for (std::size_t kind = 0; kind < bins_.size(); ++kind) {
-      const int from = std::max(0, shift), to = std::min(kBins, kBins + shift);
-      for (int i = from; i < to; ++i) {
-        const double theirs = other.bins_[kind][i - shift];
-        if (theirs == 0) continue;
-        const auto at = [&](int k) { return k >= 0 && k < kBins ? bins_[kind][k] : 0.0; };
-        sum += theirs * (at(i) + 0.5 * (at(i - 1) + at(i + 1)));
-      }
-    }
-    return sum;
-  }
-
-  std::array<std::vector<double>, 3> bins_ = {
-      std::vector<double>(kBins), std::vector<double>(kBins), std::vector<double>(kBins)};
-};
+  return kinds;
+}
 
 double Wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
@@ -231,6 +187,37 @@ std::vector<PlanTurn> FindTurns(const AlignmentFeatures& first, const AlignmentF
     }
   }
   return turns;
+}
+
+std::vector<double> FindHeights(const AlignmentFeatures& first, const AlignmentFeatures& second,
+                                const AlignmentOptions& options) {
+  const auto ours = CountHeights(first), theirs = CountHeights(second);
+  std::map<int, double> votes;  // by shift, of bins that meet or are next to each other
+  for (size_t kind = 0; kind < ours.size(); ++kind) {
+    for (const auto& [to, here] : ours[kind]) {
+      for (const auto& [from, there] : theirs[kind]) {
+        votes[to - from] += here * there;
+        for (const int beside : {-1, 1}) votes[to - from + beside] += 0.5 * here * there;
+      }
+    }
+  }
+  std::vector<std::pair<double, double>> sums;
+  for (const auto& [shift, sum] : votes) {
+    const double shift_m = shift * kHeightBin_m;
+    const bool is_allowed =
+        !options.start || std::abs(shift_m - options.start->p_world.z()) <= kStartReachUp_m;
+    if (is_allowed) sums.emplace_back(sum, shift_m);
+  }
+  std::ranges::stable_sort(sums, std::greater(), &std::pair<double, double>::first);
+  std::vector<double> shifts_m;
+  for (const auto& [sum, shift_m] : sums) {
+    if (sum < kLeastHeightShare * sums.front().first || shifts_m.size() == kHeightsOfPlace) break;
+    const bool is_near = std::ranges::any_of(shifts_m, [shift_m = shift_m](double other_m) {
+      return std::abs(other_m - shift_m) < kBetweenHeights_m;
+    });
+    if (!is_near) shifts_m.push_back(shift_m);
+  }
+  return shifts_m;
 }
 
 namespace {
@@ -287,10 +274,7 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
                                                const AlignmentFeatures& second,
                                                const AlignmentOptions& options,
                                                const Progress& progress) {
-  const auto is_allowed_up = [&](double up_m) {
-    return !options.start || std::abs(up_m - options.start->p_world.z()) <= kStartReachUp_m;
-  };
-  const std::vector<double> shifts_up_m = Heights(first).FindShifts(Heights(second), is_allowed_up);
+  const std::vector<double> shifts_up_m = FindHeights(first, second, options);
   std::vector<AlignmentCandidate> all;
   const std::vector<PlanTurn> turns = FindTurns(first, second, options);
   for (std::size_t i = 0; i < turns.size(); ++i) {

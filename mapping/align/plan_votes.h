@@ -19,6 +19,11 @@ struct PlanTurn {
 std::vector<PlanTurn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
                                 const AlignmentOptions& options);
 
+// Shifts in height that bring most of what faces up, of what faces down, and of level lines of the
+// second onto the first's, the best first; with a rough start those within its reach.
+std::vector<double> FindHeights(const AlignmentFeatures& first, const AlignmentFeatures& second,
+                                const AlignmentOptions& options);
+
 // A place of the second map in the first, to be looked at closely.
 struct AlignmentCandidate {
   RigidTransform T_first_second;

@@ -170,27 +170,15 @@ namespace {
 
 constexpr double kGap_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
 
-std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns) {
-  if (const auto pose = PoseAt(trajectory, stamp_ns, kGap_s)) return pose;
-  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
-  const int64_t most_ns = ToNanoseconds(kNearPose_s);
-  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
-  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
-    return std::prev(after)->T_world_imu;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<BodyStep>& steps,
                               int64_t offset_ns) {
   std::vector<StepPair> pairs;
   for (const BodyStep& step : steps) {
-    const auto from = PoseNear(trajectory, step.from_ns - offset_ns);
+    const auto from = PoseNear(trajectory, step.from_ns - offset_ns, kGap_s, kNearPose_s);
     if (!from) continue;
-    const auto to = PoseNear(trajectory, step.to_ns - offset_ns);
+    const auto to = PoseNear(trajectory, step.to_ns - offset_ns, kGap_s, kNearPose_s);
     if (to) pairs.push_back({step, from->Inverse() * *to, to->rotation});
   }
   return pairs;

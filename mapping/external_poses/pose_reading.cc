@@ -85,14 +85,6 @@ Tried Try(const Reading& reading, int64_t offset_ns, double given_scale) {
   return tried;
 }
 
-double MedianPeriod_s(const Trajectory& trajectory) {
-  std::vector<double> periods_s;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
-  }
-  return Quantile(periods_s, 0.5);
-}
-
 int Covered(const Trajectory& poses, const std::vector<BodyStep>& steps, int64_t offset_ns) {
   return static_cast<int>(PairsAt(poses, steps, offset_ns).size());
 }

@@ -8,10 +8,11 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "mapping/external_poses/pose_changes.h"
-#include "mapping/views/views_between.h"
 
 namespace slcmap::inline mapping {
 namespace {
+
+constexpr double kLeastForce_m_s2 = 8;  // of gravity's, else samples are no m/s^2
 
 Clock CollectStamps(const Sequence& recording) {
   Clock stamps_ns;
@@ -19,26 +20,13 @@ Clock CollectStamps(const Sequence& recording) {
   return stamps_ns;
 }
 
-double PeriodOfPoses_s(const Trajectory& trajectory) {
-  std::vector<double> periods_s;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
-  }
-  return Quantile(periods_s, 0.5);
-}
-
 // Images at a pose, or between two near ones.
 std::vector<int64_t> StampsWithPose(const Clock& clock, const Trajectory& trajectory) {
-  constexpr double kGap_s = 0.1;
-  constexpr int64_t kNear_ns = 5'000'000;
+  constexpr double kGap_s = 0.1, kNear_s = 0.005;
   std::vector<int64_t> stamps_ns;
-  for (const int64_t stamp_ns : clock) {
-    const auto after =
-        std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns - kNear_ns,
-                         [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; });
-    const bool is_near = after != trajectory.end() && after->stamp_ns <= stamp_ns + kNear_ns;
-    if (is_near || PoseAt(trajectory, stamp_ns, kGap_s)) stamps_ns.push_back(stamp_ns);
-  }
+  std::ranges::copy_if(clock, std::back_inserter(stamps_ns), [&](int64_t stamp_ns) {
+    return PoseNear(trajectory, stamp_ns, kGap_s, kNear_s).has_value();
+  });
   return stamps_ns;
 }
 
@@ -65,33 +53,50 @@ Eigen::Vector3d VelocityAt(const Trajectory& trajectory, bool at_end) {
   return velocity;
 }
 
-// Where up is by the accelerometer: the mean of its readings in the world of the poses, less what
-// the poses say that the rig accelerated.
-std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajectory& trajectory) {
-  constexpr double kMostPeriod_s = 0.25, kLeastSpan_s = 2;
-  if (recording.imu.empty() || PeriodOfPoses_s(trajectory) > kMostPeriod_s) return std::nullopt;
-  const double offset_s = recording.rig.camera_time_offset_s;
-  Trajectory covered;
+// The mean of the accelerometer's readings in the world of the poses. None where few poses have a
+// sample, or samples are no m/s^2.
+std::optional<Eigen::Vector3d> MeanForce(const std::vector<ImuSample>& imu, int64_t ahead_ns,
+                                         const Trajectory& trajectory) {
+  constexpr int64_t kNear_ns = 20'000'000;
+  constexpr int kLeastPoses = 40;  // whose accelerations average out
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double norms_m_s2 = 0;
+  int count = 0;
   for (const StampedPose& pose : trajectory) {
-    const int64_t at_ns = pose.stamp_ns + ToNanoseconds(offset_s);
-    if (at_ns >= recording.imu.front().stamp_ns && at_ns <= recording.imu.back().stamp_ns) {
-      covered.push_back(pose);
-    }
+    const int64_t at_ns = pose.stamp_ns + ahead_ns;
+    const auto sample = std::ranges::lower_bound(imu, at_ns, {}, &ImuSample::stamp_ns);
+    if (sample == imu.end() || sample->stamp_ns - at_ns > kNear_ns) continue;
+    if (!sample->specific_force_m_s2.allFinite()) continue;
+    sum += pose.T_world_imu.rotation * sample->specific_force_m_s2;
+    norms_m_s2 += sample->specific_force_m_s2.norm();
+    ++count;
   }
-  if (covered.size() < 2) return std::nullopt;
+  if (count < kLeastPoses || norms_m_s2 < kLeastForce_m_s2 * count) return std::nullopt;
+  return sum / count;
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajectory& trajectory) {
+  constexpr double kLeastSpan_s = 2;
+  if (recording.imu.empty()) return std::nullopt;
+  const int64_t ahead_ns = ToNanoseconds(recording.rig.camera_time_offset_s);
+  Trajectory covered = trajectory;
+  std::erase_if(covered, [&](const StampedPose& pose) {
+    return pose.stamp_ns + ahead_ns < recording.imu.front().stamp_ns ||
+           pose.stamp_ns + ahead_ns > recording.imu.back().stamp_ns;
+  });
+  if (covered.empty()) return std::nullopt;
   const double span_s = ToSeconds(covered.back().stamp_ns - covered.front().stamp_ns);
-  if (span_s < kLeastSpan_s) return std::nullopt;
-  std::vector<OnlineState> states;
-  for (const StampedPose& pose : covered) {
-    states.push_back({.stamp_ns = pose.stamp_ns, .T_world_imu = pose.T_world_imu});
-  }
-  const auto force = MeanForceAt(states, recording.imu, offset_s);
-  if (!force) return std::nullopt;
+  const auto force = MeanForce(recording.imu, ahead_ns, covered);
+  if (!force || span_s < kLeastSpan_s) return std::nullopt;
   const Eigen::Vector3d gravity =
       *force - (VelocityAt(covered, true) - VelocityAt(covered, false)) / span_s;
   if (gravity.norm() < kLeastForce_m_s2) return std::nullopt;
   return gravity.normalized();
 }
+
+namespace {
 
 // Poses that the images agree with may still be in a world that lies on its side.
 void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence& recording,
@@ -125,7 +130,7 @@ ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
   ExternalPoses given;
   given.trajectory = CollectPoses(table, form, T_imu_camera);
   if (IsStereo(recording.rig)) {
-    const double spacing_s = std::max(kStepOfPoses_s, PeriodOfPoses_s(given.trajectory));
+    const double spacing_s = std::max(kStepOfPoses_s, MedianPeriod_s(given.trajectory));
     const auto pairs =
         PairsToCompare(recording.images, StampsWithPose(clock, given.trajectory), spacing_s);
     const std::vector<BodyStep> steps = StepsOfImages(recording, pairs, progress);

@@ -1,6 +1,7 @@
 // Poses by others for a recording: read, and judged by its images and its accelerometer.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,11 @@ struct ExternalPoses {
 ExternalPoses ReadExternalPoses(const std::string& path, const PoseForm& form,
                                 const Sequence& recording, bool refuses_unexplained,
                                 const Progress& progress = {});
+
+// Where up is in the world of poses, by the accelerometer: the mean of its readings there, less
+// what the poses say that the rig accelerated. None where few poses have a sample, or samples are
+// no m/s^2.
+std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajectory& trajectory);
 
 // What is wrong with how far an adjustment moved poses, by how far single pairs of images have
 // them off; "" where nothing is, or that is not known and infinite.

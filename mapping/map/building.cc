@@ -1,13 +1,11 @@
 #include "mapping/map/building.h"
 
-#include <array>
-
 #include "data/io/json.h"
+#include "data/io/json_fields.h"
 
 namespace slcmap::inline mapping {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr char kPlanes[] = "planes.json", kRooms[] = "rooms.json", kPlan[] = "plan.json";
@@ -18,186 +16,81 @@ constexpr int kPlanVersion = 1;
 constexpr double kMostLength_m = 1e5, kMostArea_m2 = 1e8, kMostThickness_m = 1e3;
 constexpr int64_t kMostId = 100'000'000;
 
-template <typename Kind, size_t N>
-Kind ParseKind(const std::string& place, const Json& json,
-               const std::array<const char*, N>& names) {
-  const auto found = json.at("kind").get<std::string>();
-  std::string all;
-  for (size_t i = 0; i < N; ++i) {
-    if (found == names[i]) return static_cast<Kind>(i);
-    all += (i == 0 ? "" : ", ") + std::string(names[i]);
-  }
-  throw DataError(fmt::format("{}: kind: found '{}', expected one of: {}", place, found, all));
+}  // namespace
+
+template <typename Fields>
+void Describe(Fields& fields, Of<PlaneOpening> auto& opening) {
+  fields.Named("kind", opening.kind, kOpeningKinds);
+  fields.Value("walked", opening.walked);
+  fields.Number("clear_width_m", opening.clear_width_m, 0, kMostLength_m);
+  fields.Number("clear_height_m", opening.clear_height_m, 0, kMostLength_m);
+  fields.Points("outline", opening.outline_world, 3, kMostLength_m);
 }
 
-int64_t ParseId(const std::string& place, const Json& json, const char* key) {
-  return BoundedAt<int64_t>(place, json, key, 0, kMostId);
-}
-
-double ParseLength(const std::string& place, const Json& json, const char* key) {
-  return BoundedAt(place, json, key, 0.0, kMostLength_m);
-}
-
-double ParsePlace(const std::string& place, const Json& json, const char* key) {
-  return BoundedAt(place, json, key, -kMostLength_m, kMostLength_m);
-}
-
-Json OptionalJson(const std::optional<double>& value) {
-  return value ? Json(RoundedForJson(*value)) : Json();
-}
-
-std::optional<double> ParseOptional(const std::string& place, const Json& json, const char* key) {
-  if (json.at(key).is_null()) return std::nullopt;
-  return ParsePlace(place, json, key);
-}
-
-// Only those that have one, so that maps without names are as they were.
-void AddName(const std::string& name, Json* json) {
-  if (!name.empty()) (*json)["name"] = name;
-}
-
-std::string ParseName(const Json& json) { return json.value("name", std::string()); }
-
-Json OpeningJson(const PlaneOpening& opening) {
-  return {{"kind", GetName(opening.kind)},
-          {"walked", opening.walked},
-          {"clear_width_m", RoundedForJson(opening.clear_width_m)},
-          {"clear_height_m", RoundedForJson(opening.clear_height_m)},
-          {"outline", PointsJson(opening.outline_world)}};
-}
-
-PlaneOpening ParseOpening(const std::string& place, const Json& json) {
-  PlaneOpening opening;
-  opening.kind = ParseKind<OpeningKind>(place, json, kOpeningKinds);
-  opening.walked = json.at("walked").get<bool>();
-  opening.clear_width_m = ParseLength(place, json, "clear_width_m");
-  opening.clear_height_m = ParseLength(place, json, "clear_height_m");
-  opening.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMostLength_m);
-  return opening;
-}
-
-Json PlaneJson(const BuildingPlane& plane) {
-  Json openings = Json::array();
-  for (const PlaneOpening& opening : plane.openings) openings.push_back(OpeningJson(opening));
-  return {{"id", plane.id},
-          {"kind", GetName(plane.kind)},
-          {"storey", plane.storey},
-          {"normal", {plane.normal.x(), plane.normal.y(), plane.normal.z()}},
-          {"offset_m", RoundedForJson(plane.offset_m)},
-          {"sigma_m", RoundedForJson(plane.sigma_m)},
-          {"outline", PointsJson(plane.outline_world)},
-          {"openings", openings},
-          {"room_ids", plane.room_ids},
-          {"inferred", plane.inferred}};
-}
-
-Vector3d ParseNormal(const std::string& place, const Json& json) {
+template <typename Fields>
+void Describe(Fields& fields, Of<BuildingPlane> auto& plane) {
   constexpr double kSlack = 1e-3;
-  const Vector3d normal = ParsePoint<Vector3d>(place, json.at("normal"), 1 + kSlack);
-  if (std::abs(normal.norm() - 1) <= kSlack) return normal;
-  throw DataError(
-      fmt::format("{}: normal: found a length of {}, expected 1", place, normal.norm()));
+  fields.Integer("id", plane.id, 0, kMostId);
+  fields.Place("plane", plane.id);
+  fields.Named("kind", plane.kind, kPlaneKinds);
+  fields.Integer("storey", plane.storey, 0, kMostId);
+  fields.Unit("normal", plane.normal, kSlack);
+  fields.Number("offset_m", plane.offset_m, -kMostLength_m, kMostLength_m);
+  fields.Number("sigma_m", plane.sigma_m, 0, kMostLength_m);
+  fields.Points("outline", plane.outline_world, 3, kMostLength_m);
+  fields.List("openings", plane.openings);
+  fields.Value("room_ids", plane.room_ids);
+  fields.Value("inferred", plane.inferred);
 }
 
-BuildingPlane ParsePlane(const std::string& path, const Json& json) {
-  BuildingPlane plane;
-  plane.id = ParseId(path, json, "id");
-  const std::string place = fmt::format("{}: plane {}", path, plane.id);
-  plane.kind = ParseKind<PlaneKind>(place, json, kPlaneKinds);
-  plane.storey = ParseId(place, json, "storey");
-  plane.normal = ParseNormal(place, json);
-  plane.offset_m = ParsePlace(place, json, "offset_m");
-  plane.sigma_m = ParseLength(place, json, "sigma_m");
-  plane.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMostLength_m);
-  for (const Json& opening : json.at("openings")) {
-    plane.openings.push_back(ParseOpening(place, opening));
-  }
-  plane.room_ids = json.at("room_ids").get<std::vector<int64_t>>();
-  plane.inferred = json.value("inferred", false);  // maps of earlier versions do not say
-  return plane;
+template <typename Fields>
+void Describe(Fields& fields, Of<Room> auto& room) {
+  fields.Integer("id", room.id, 0, kMostId);
+  fields.Place("room", room.id);
+  fields.Integer("storey", room.storey, 0, kMostId);
+  fields.Number("area_m2", room.area_m2, 0, kMostArea_m2);
+  fields.Number("floor_m", room.floor_m, -kMostLength_m, kMostLength_m);
+  fields.Optional("height_m", room.height_m, -kMostLength_m, kMostLength_m);
+  fields.Number("bounded", room.bounded, 0, 1);
+  fields.Outline(room.polygon, kMostLength_m);
+  fields.Said("name", room.name);  // maps without names are as they were
 }
 
-Json RoomJson(const Room& room) {
-  Json json = {{"id", room.id},
-               {"storey", room.storey},
-               {"area_m2", RoundedForJson(room.area_m2)},
-               {"floor_m", RoundedForJson(room.floor_m)},
-               {"height_m", OptionalJson(room.height_m)},
-               {"bounded", RoundedForJson(room.bounded)},
-               {"outline", PointsJson(room.polygon.outline)},
-               {"holes", HolesJson(room.polygon)}};
-  AddName(room.name, &json);
-  return json;
+template <typename Fields>
+void Describe(Fields& fields, Of<PlanOpening> auto& opening) {
+  fields.Named("kind", opening.kind, kOpeningKinds);
+  fields.Value("walked", opening.walked);
+  fields.Number("from_m", opening.from_m, -kMostLength_m, kMostLength_m);
+  fields.Number("to_m", opening.to_m, opening.from_m, kMostLength_m);
+  fields.Derived("clear_width_m", opening.to_m - opening.from_m);
+  fields.Number("sill_m", opening.sill_m, 0, kMostLength_m);
+  fields.Number("clear_height_m", opening.clear_height_m, 0, kMostLength_m);
+  fields.Said("name", opening.name);
 }
 
-Room ParseRoom(const std::string& path, const Json& json) {
-  Room room;
-  room.id = ParseId(path, json, "id");
-  const std::string place = fmt::format("{}: room {}", path, room.id);
-  room.storey = ParseId(place, json, "storey");
-  room.area_m2 = BoundedAt(place, json, "area_m2", 0.0, kMostArea_m2);
-  room.floor_m = ParsePlace(place, json, "floor_m");
-  room.height_m = ParseOptional(place, json, "height_m");
-  room.bounded = BoundedAt(place, json, "bounded", 0.0, 1.0);
-  room.polygon = ParsePolygon(place, json, kMostLength_m);
-  room.name = ParseName(json);
-  return room;
+template <typename Fields>
+void Describe(Fields& fields, Of<PlanWall> auto& wall) {
+  fields.Integer("id", wall.id, 0, kMostId);
+  fields.Place("wall", wall.id);
+  fields.Integer("storey", wall.storey, 0, kMostId);
+  fields.Point("start", wall.start, kMostLength_m);
+  fields.Point("end", wall.end, kMostLength_m);
+  fields.Number("thickness_m", wall.thickness_m, 0, kMostThickness_m);
+  fields.Value("thickness_assumed", wall.thickness_assumed);
+  fields.Number("sigma_m", wall.sigma_m, 0, kMostLength_m);
+  fields.Value("plane_ids", wall.plane_ids);
+  fields.List("openings", wall.openings);
 }
 
-Json PlanOpeningJson(const PlanOpening& opening) {
-  Json json = {{"kind", GetName(opening.kind)},
-               {"walked", opening.walked},
-               {"from_m", RoundedForJson(opening.from_m)},
-               {"to_m", RoundedForJson(opening.to_m)},
-               {"clear_width_m", RoundedForJson(opening.to_m - opening.from_m)},
-               {"sill_m", RoundedForJson(opening.sill_m)},
-               {"clear_height_m", RoundedForJson(opening.clear_height_m)}};
-  AddName(opening.name, &json);
-  return json;
+// Its rooms are told again beside it.
+template <typename Fields>
+void Describe(Fields& fields, Of<Storey> auto& storey) {
+  fields.Integer("id", storey.id, 0, kMostId);
+  fields.Number("floor_m", storey.floor_m, -kMostLength_m, kMostLength_m);
+  fields.Optional("ceiling_m", storey.ceiling_m, -kMostLength_m, kMostLength_m);
 }
 
-PlanOpening ParsePlanOpening(const std::string& place, const Json& json) {
-  PlanOpening opening;
-  opening.kind = ParseKind<OpeningKind>(place, json, kOpeningKinds);
-  opening.walked = json.at("walked").get<bool>();
-  opening.from_m = ParsePlace(place, json, "from_m");
-  opening.to_m = BoundedAt(place, json, "to_m", opening.from_m, kMostLength_m);
-  opening.sill_m = ParseLength(place, json, "sill_m");
-  opening.clear_height_m = ParseLength(place, json, "clear_height_m");
-  opening.name = ParseName(json);
-  return opening;
-}
-
-Json WallJson(const PlanWall& wall) {
-  Json openings = Json::array();
-  for (const PlanOpening& opening : wall.openings) openings.push_back(PlanOpeningJson(opening));
-  return {{"id", wall.id},
-          {"storey", wall.storey},
-          {"start", PointJson(wall.start)},
-          {"end", PointJson(wall.end)},
-          {"thickness_m", RoundedForJson(wall.thickness_m)},
-          {"thickness_assumed", wall.thickness_assumed},
-          {"sigma_m", RoundedForJson(wall.sigma_m)},
-          {"plane_ids", wall.plane_ids},
-          {"openings", openings}};
-}
-
-PlanWall ParseWall(const std::string& path, const Json& json) {
-  PlanWall wall;
-  wall.id = ParseId(path, json, "id");
-  const std::string place = fmt::format("{}: wall {}", path, wall.id);
-  wall.storey = ParseId(place, json, "storey");
-  wall.start = ParsePoint<Vector2d>(place, json.at("start"), kMostLength_m);
-  wall.end = ParsePoint<Vector2d>(place, json.at("end"), kMostLength_m);
-  wall.thickness_m = BoundedAt(place, json, "thickness_m", 0.0, kMostThickness_m);
-  wall.thickness_assumed = json.at("thickness_assumed").get<bool>();
-  wall.sigma_m = ParseLength(place, json, "sigma_m");
-  wall.plane_ids = json.at("plane_ids").get<std::vector<int64_t>>();
-  for (const Json& opening : json.at("openings")) {
-    wall.openings.push_back(ParsePlanOpening(place, opening));
-  }
-  return wall;
-}
+namespace {
 
 // The heading is all that a map's frame differs in.
 double GetHeading(const RigidTransform& T_map_world) {
@@ -211,40 +104,38 @@ Json PlanJson(const Building& building) {
                {"map_from_world",
                 {{"turn_rad", GetHeading(building.T_map_world)},
                  {"translation_m", PointJson(building.T_map_world.translation)}}}};
-  AddName(building.name, &json);
-  json["storeys"] = Json::array();
-  for (const Storey& storey : building.storeys) {
-    Json rooms = Json::array();
+  if (!building.name.empty()) json["name"] = building.name;
+  json["storeys"] = JsonWriter::ListOf(building.storeys);
+  for (size_t i = 0; i < building.storeys.size(); ++i) {
+    Json& storey = json["storeys"][i];
+    storey["rooms"] = Json::array();
     for (const Room& room : building.rooms) {
-      if (room.storey != storey.id) continue;
-      rooms.push_back({{"id", room.id},
-                       {"area_m2", RoundedForJson(room.area_m2)},
-                       {"height_m", OptionalJson(room.height_m)}});
+      if (room.storey != building.storeys[i].id) continue;
+      JsonWriter fields;
+      fields.Integer("id", room.id, 0, 0);
+      fields.Derived("area_m2", room.area_m2);
+      fields.Optional("height_m", room.height_m, 0, 0);
+      storey["rooms"].push_back(fields.json);
     }
-    json["storeys"].push_back({{"id", storey.id},
-                               {"floor_m", RoundedForJson(storey.floor_m)},
-                               {"ceiling_m", OptionalJson(storey.ceiling_m)},
-                               {"rooms", rooms}});
-    AddName(storey.name, &json["storeys"].back());
+    if (!building.storeys[i].name.empty()) storey["name"] = building.storeys[i].name;
   }
-  json["walls"] = Json::array();
-  for (const PlanWall& wall : building.walls) json["walls"].push_back(WallJson(wall));
+  json["walls"] = JsonWriter::ListOf(building.walls);
   return json;
 }
 
 void ParsePlan(const std::string& path, const Json& json, Building* building) {
   CheckFormat(path, json, kPlanFormat, kPlanVersion, kPlanVersion);
-  building->name = ParseName(json);
+  building->name = json.value("name", "");
   const Json& frame = json.at("map_from_world");
   const double turn_rad = BoundedAt(path, frame, "turn_rad", -M_PI, M_PI);
   building->T_map_world.rotation = Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ());
   building->T_map_world.translation =
       ParsePoint<Vector3d>(path, frame.at("translation_m"), kMostLength_m);
-  for (const Json& storey : json.at("storeys")) {
-    building->storeys.push_back({ParseId(path, storey, "id"), ParsePlace(path, storey, "floor_m"),
-                                 ParseOptional(path, storey, "ceiling_m"), ParseName(storey)});
+  building->storeys = JsonReader::ListIn<Storey>(path, json.at("storeys"));
+  for (size_t i = 0; i < building->storeys.size(); ++i) {
+    building->storeys[i].name = json.at("storeys")[i].value("name", "");
   }
-  for (const Json& wall : json.at("walls")) building->walls.push_back(ParseWall(path, wall));
+  building->walls = JsonReader::ListIn<PlanWall>(path, json.at("walls"));
 }
 
 // Ids count from 0: each thing's is its place in its list.
@@ -301,11 +192,8 @@ std::string GetTitle(const Room& room) {
 std::vector<std::string> BuildingFiles() { return {kPlanes, kRooms, kPlan}; }
 
 void WriteBuilding(const std::string& folder, const Building& building) {
-  Json planes = Json::array(), rooms = Json::array();
-  for (const BuildingPlane& plane : building.planes) planes.push_back(PlaneJson(plane));
-  for (const Room& room : building.rooms) rooms.push_back(RoomJson(room));
-  WriteJsonFile(folder + "/" + kPlanes, planes);
-  WriteJsonFile(folder + "/" + kRooms, rooms);
+  WriteJsonFile(folder + "/" + kPlanes, JsonWriter::ListOf(building.planes));
+  WriteJsonFile(folder + "/" + kRooms, JsonWriter::ListOf(building.rooms));
   WriteJsonFile(folder + "/" + kPlan, PlanJson(building));
 }
 
@@ -313,14 +201,10 @@ Building ReadBuilding(const std::string& folder) {
   const std::string planes = folder + "/" + kPlanes, rooms = folder + "/" + kRooms,
                     plan = folder + "/" + kPlan;
   Building building;
-  ParseJsonFile(planes, [&](const Json& json) {
-    for (const Json& plane : json) building.planes.push_back(ParsePlane(planes, plane));
-    return 0;
-  });
-  ParseJsonFile(rooms, [&](const Json& json) {
-    for (const Json& room : json) building.rooms.push_back(ParseRoom(rooms, room));
-    return 0;
-  });
+  building.planes = ParseJsonFile(
+      planes, [&](const Json& json) { return JsonReader::ListIn<BuildingPlane>(planes, json); });
+  building.rooms =
+      ParseJsonFile(rooms, [&](const Json& json) { return JsonReader::ListIn<Room>(rooms, json); });
   ParseJsonFile(plan, [&](const Json& json) {
     ParsePlan(plan, json, &building);
     return 0;

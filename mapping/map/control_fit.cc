@@ -2,13 +2,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-
 #include "data/core/coordinate_system.h"
-#include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/file.h"
 #include "data/io/json.h"
+#include "data/io/json_fields.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline mapping {
@@ -17,42 +15,37 @@ namespace {
 constexpr char kControlFormat[] = "slcmap georeference";
 constexpr int kControlVersion = 1;
 constexpr double kMostCoordinate_m = 1e8, kMostSigma_m = 1e6;
+constexpr int64_t kMostViews = 1000000;
 
 const char* NameStatus(ControlStatus status) {
   return kControlStatuses[static_cast<std::size_t>(status)];
 }
 
-Json ControlRow(const ControlResidual& point) {
-  Json json = {{"name", point.name},
-               {"status", NameStatus(point.status)},
-               {"given_m", PointJson(point.given_m)},
-               {"sigma_m", PointJson(point.sigma_m)},
-               {"views", point.views}};
-  if (point.status == ControlStatus::kUnseen) return json;
-  json["off_m"] = PointJson(point.off_m);
-  json["over_sigma"] = RoundedForJson(point.over_sigma);
-  return json;
+}  // namespace
+
+template <typename Fields>
+void Describe(Fields& fields, Of<ControlResidual> auto& point) {
+  fields.Value("name", point.name);
+  fields.Place("point", point.name);
+  fields.Named("status", point.status, kControlStatuses);
+  fields.Point("given_m", point.given_m, kMostCoordinate_m);
+  fields.Point("sigma_m", point.sigma_m, kMostSigma_m);
+  fields.Integer("views", point.views, 0, kMostViews);
+  if (point.status == ControlStatus::kUnseen) return;
+  fields.Point("off_m", point.off_m, kMostCoordinate_m);
+  fields.Number("over_sigma", point.over_sigma, 0, 1e12);
 }
 
-ControlResidual ParseControlRow(const std::string& path, const Json& json) {
-  using Eigen::Vector3d;
-  ControlResidual point;
-  point.name = json.at("name").get<std::string>();
-  const std::string place = path + ": " + point.name, status = json.at("status").get<std::string>();
-  const auto known = std::ranges::find(kControlStatuses, status);
-  if (known == kControlStatuses.end()) {
-    throw DataError(fmt::format("{}: status: found '{}', expected one of {}", place, status,
-                                fmt::join(kControlStatuses, ", ")));
-  }
-  point.status = static_cast<ControlStatus>(known - kControlStatuses.begin());
-  point.given_m = ParsePoint<Vector3d>(place, json.at("given_m"), kMostCoordinate_m);
-  point.sigma_m = ParsePoint<Vector3d>(place, json.at("sigma_m"), kMostSigma_m);
-  point.views = BoundedAt(place, json, "views", 0, 1000000);
-  if (point.status == ControlStatus::kUnseen) return point;
-  point.off_m = ParsePoint<Vector3d>(place, json.at("off_m"), kMostCoordinate_m);
-  point.over_sigma = BoundedAt(place, json, "over_sigma", 0.0, 1e12);
-  return point;
+template <typename Fields>
+void Describe(Fields& fields, Of<DistanceResidual> auto& distance) {
+  fields.Value("from", distance.from);
+  fields.Value("to", distance.to);
+  fields.Number("given_m", distance.given_m, 0, kMostCoordinate_m);
+  fields.Number("mapped_m", distance.mapped_m, 0, kMostCoordinate_m);
+  fields.Number("sigma_m", distance.sigma_m, 0, kMostSigma_m);
 }
+
+namespace {
 
 std::string ControlTable(const ControlFit& fit) {
   std::string table =
@@ -95,16 +88,8 @@ void WriteControlFit(const std::string& folder, const ControlFit& fit,
                {"rms_mm", RoundedForJson(1e3 * fit.rms_m)},
                {"map_scale", fit.map_scale},
                {"map_scale_sigma", fit.map_scale_sigma},
-               {"points", Json::array()},
-               {"distances", Json::array()}};
-  for (const ControlResidual& point : fit.points) json["points"].push_back(ControlRow(point));
-  for (const DistanceResidual& d : fit.distances) {
-    json["distances"].push_back({{"from", d.from},
-                                 {"to", d.to},
-                                 {"given_m", RoundedForJson(d.given_m)},
-                                 {"mapped_m", RoundedForJson(d.mapped_m)},
-                                 {"sigma_m", RoundedForJson(d.sigma_m)}});
-  }
+               {"points", JsonWriter::ListOf(fit.points)},
+               {"distances", JsonWriter::ListOf(fit.distances)}};
   WriteJsonFile(folder + "/" + kControlFiles[0], json);
   WriteFile(folder + "/" + kControlFiles[1], ControlTable(fit));
 }
@@ -117,13 +102,8 @@ ControlFit ReadControlFit(const std::string& folder) {
     fit.rms_m = 1e-3 * BoundedAt(path, json, "rms_mm", 0.0, 1e12);
     fit.map_scale = BoundedAt(path, json, "map_scale", 0.0, 1e6);
     fit.map_scale_sigma = BoundedAt(path, json, "map_scale_sigma", 0.0, 1e6);
-    for (const Json& row : json.at("points")) fit.points.push_back(ParseControlRow(path, row));
-    for (const Json& row : json.at("distances")) {
-      fit.distances.push_back({row.at("from").get<std::string>(), row.at("to").get<std::string>(),
-                               BoundedAt(path, row, "given_m", 0.0, kMostCoordinate_m),
-                               BoundedAt(path, row, "mapped_m", 0.0, kMostCoordinate_m),
-                               BoundedAt(path, row, "sigma_m", 0.0, kMostSigma_m)});
-    }
+    fit.points = JsonReader::ListIn<ControlResidual>(path, json.at("points"));
+    fit.distances = JsonReader::ListIn<DistanceResidual>(path, json.at("distances"));
     return fit;
   });
 }

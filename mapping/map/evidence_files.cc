@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <iterator>
 #include <string>
 #include <unordered_map>
@@ -213,17 +212,9 @@ void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) 
 }
 
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map) {
-  const std::string covariances = folder + "/" + kLineCovarianceFile,
-                    supports = folder + "/" + kLineSupportFile;
   const Pieces pieces(map);
-  LineEvidence evidence;
-  if (std::filesystem::exists(covariances)) {
-    evidence.covariances = ReadCovariances(covariances, pieces);
-  }
-  if (std::filesystem::exists(supports)) {
-    evidence.supports = ReadSupports(supports, pieces, PoseStamps(map));
-  }
-  return evidence;
+  return {ReadCovariances(folder + "/" + kLineCovarianceFile, pieces),
+          ReadSupports(folder + "/" + kLineSupportFile, pieces, PoseStamps(map))};
 }
 
 namespace {

@@ -16,9 +16,9 @@ std::vector<std::string> LineEvidenceFiles();
 // Writes both tables. Throws OutputError.
 void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence);
 
-// Reads the tables of a map whose lines, marks and poses were read; of maps that were written
-// without them there is nothing. Throws DataError, naming file and row, for values that cannot be,
-// rows that are not in order or come twice, and lines, pieces and images that the map has not.
+// Reads the tables of a map whose lines, marks and poses were read. Throws DataError, naming file
+// and row, for values that cannot be, rows that are not in order or come twice, and lines, pieces
+// and images that the map has not.
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map);
 
 inline constexpr char kPointObservationFile[] = "point_observations.csv";

@@ -157,8 +157,8 @@ struct MergedRun {
   std::string run_id, sequence, version;  // as MapSource has them
   int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
   RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
-  // Of its poses, as the map has them: no other run has any in between. None of a map that was
-  // merged by an earlier version, or of a run without poses.
+  // Of its poses, as the map has them: no other run has any in between. None of a run without
+  // poses.
   std::optional<StampSpan> poses_ns;
   SequenceOptions opened = {};  // as MapSource has it
   std::string date = {};        // of the recording, YYYY-MM-DD; "": not said
@@ -208,7 +208,7 @@ struct MapResult {
   std::vector<MapPipe> pipes;        // their outlines are not among the lines
   Building building;                 // empty of a map that was made without images
   // Of the surfaces that the cameras saw, as far as the map can tell, that which it holds: 0 to 1.
-  // None of a map that was made without images, or by an earlier version.
+  // None of a map that was made without images.
   std::optional<double> seen_share = {};
   std::optional<ControlFit> control = {};  // how it lies on control points, if they were given
   std::optional<PlanComparison> plan;  // where it lies in a plan of the building, if it was given

@@ -159,11 +159,10 @@ void ParseSeenShares(const std::string& path, const Json& json, std::vector<Part
   }
 }
 
-// Missing in maps of earlier versions.
 void ReadSeenShare(const std::string& path, const Json& summary, MapResult* map) {
-  const Json json = summary.value("seen_share", Json());
-  if (json.is_null()) return;
   WithJsonErrors(path, [&] {
+    const Json& json = summary.at("seen_share");
+    if (json.is_null()) return;
     map->seen_share = ParseShare(path, json);
     ParseSeenShares(path, json.at("rooms"), &map->building.rooms);
     ParseSeenShares(path, json.at("walls"), &map->building.walls);
@@ -210,43 +209,26 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->source.version = source.at("slcmap").get<std::string>();
     map->source.sequence = source.at("sequence").get<std::string>();
     map->source.opened = ParseOpened(source);
-    if (source.contains("yaw_rad")) {  // missing in maps of earlier versions
-      map->source.T_world_run = ParseTurn(path + ": source", source);
-    }
+    map->source.T_world_run = ParseTurn(path + ": source", source);
     map->source.georeference = ParseGeoreference(path + ": source", source);
     if (json.contains("merged"))
       map->source.merged = ParseMerged(path, json.at("merged"), map->source);
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
-    map->interrupted = json.value("interrupted", false);  // missing in maps of earlier versions
+    map->interrupted = json.at("interrupted").get<bool>();
     map->warnings = ParseWarnings(path, json.at("warnings"));
     map->verdict = ParseVerdict(path, json);
     return json;
   });
 }
 
-// The files that earlier maps do not have, by what is counted of them.
-const std::map<std::string, std::string>& FilesOfLaterMaps() {
-  static const std::map<std::string, std::string> files = {
-      {"pipes", kPipeFile},
-      {"patterns", kPatternFile},
-      {"point_observations", kPointObservationFile},
-      {"line_covariances", kLineCovarianceFile},
-      {"line_supports", kLineSupportFile}};
-  return files;
-}
-
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
   for (const auto& [what, count] : CountContents(map)) {
-    const auto later = FilesOfLaterMaps().find(what);
-    const bool is_counted = later == FilesOfLaterMaps().end() ||
-                            std::filesystem::exists(folder + "/" + later->second) ||
-                            summary.at("counts").contains(what);
-    if (is_counted) CheckCount(folder, kSummary, summary, what, count);
+    CheckCount(folder, kSummary, summary, what, count);
   }
 }
 
-// Whether a map has a file that earlier ones lack: it is there, or should be.
+// Whether a map has a file that not all have: it is there, or should be.
 bool HasFile(const std::string& folder, const Json& summary, const char* name) {
   if (std::filesystem::exists(folder + "/" + name)) return true;
   return WithJsonErrors(folder + "/" + kSummary, [&] {
@@ -292,12 +274,6 @@ void WritePoints(const std::string& path, const std::vector<MapPoint>& points) {
   WritePly(path, {{"slcmap points, metres in the world frame"}, {vertices}, {}});
 }
 
-// Maps of earlier versions have none.
-bool HasLineIds(const PlyElement& vertices) {
-  return std::ranges::any_of(
-      vertices.properties, [](const PlyProperty& property) { return property.name == "line_id"; });
-}
-
 std::vector<MapPoint> ReadPoints(const std::string& path) {
   const PlyFile file = ReadPly(path);
   const PlyElement& vertices = file.Get("vertex", path);
@@ -307,14 +283,14 @@ std::vector<MapPoint> ReadPoints(const std::string& path) {
   const std::vector<double> x = coordinate("x"), y = coordinate("y"), z = coordinate("z");
   const std::vector<double>& sigma_m = vertices.Bounded("sigma_m", 0, kMaxSigma_m, path);
   const std::vector<double>& observations = vertices.Bounded("observations", 0, kMaxId, path);
+  const std::vector<double>& line_ids = vertices.Bounded("line_id", -1, kMaxId, path);
   std::vector<MapPoint> points(vertices.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i] = {{x[i], y[i], z[i]}, sigma_m[i], static_cast<int>(observations[i]), {}};
-  }
-  if (!HasLineIds(vertices)) return points;
-  const std::vector<double>& line_ids = vertices.Bounded("line_id", -1, kMaxId, path);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i].line_id = static_cast<int64_t>(line_ids[i]);
+    points[i] = {{x[i], y[i], z[i]},
+                 sigma_m[i],
+                 static_cast<int>(observations[i]),
+                 {},
+                 static_cast<int64_t>(line_ids[i])};
   }
   return points;
 }
@@ -390,16 +366,14 @@ MapResult ReadMapFolder(const std::string& folder, const FolderReadOptions& opti
   map.keyframes = ReadPoses(path + kKeyframes);
   CheckPosesOfRuns(path + kSummary, map);
   map.points = ReadPoints(path + kPoints);
-  if (HasFile(folder, summary, kPointObservationFile)) {
-    map.point_observations = ReadPointObservations(path + kPointObservationFile, map);
-  }
+  map.point_observations = ReadPointObservations(path + kPointObservationFile, map);
   ReadDensePly(path + kDense, &map);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   CheckLinesOfPoints(path + kPoints, map);
   map.line_evidence = ReadLineEvidence(folder, map);
-  if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
-  if (HasFile(folder, summary, kPatternFile)) map.patterns = ReadPatterns(path + kPatternFile);
+  map.pipes = ReadPipes(path + kPipeFile);
+  map.patterns = ReadPatterns(path + kPatternFile);
   map.building = ReadBuilding(folder);
   ReadSeenShare(path + kSummary, summary, &map);
   if (HasFile(folder, summary, kPlanComparisonFiles[0])) map.plan = ReadPlanComparison(folder);

@@ -231,13 +231,27 @@ class OccupancyMap::Impl {
   octomap::OcTree tree;
 };
 
+namespace {
+
+// Rays take at most as many times fewer voxels as these are larger.
+[[noreturn]] void FailForSize(double resolution_m, std::size_t max_voxels, std::size_t done,
+                              std::size_t all) {
+  const double share = static_cast<double>(done) / static_cast<double>(all);
+  throw ConfigError(
+      fmt::format("mapping.occupancy.resolution_m: found {}, which takes more than {} voxels "
+                  "(mapping.occupancy.max_voxels); expected at least {:.2g}",
+                  resolution_m, max_voxels, 1.1 * resolution_m / share));
+}
+
+}  // namespace
+
 OccupancyMap::OccupancyMap(double resolution_m) : impl_(std::make_unique<Impl>(resolution_m)) {}
 OccupancyMap::~OccupancyMap() = default;
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
 int64_t OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_range_m,
-                             const Progress& progress) {
+                             const Progress& progress, std::size_t max_voxels) {
   const double reach_m = kReachVoxels * resolution_m();
   int64_t left_out = 0;
   for (std::size_t i = 0; i < bundles.size(); ++i) {
@@ -248,6 +262,8 @@ int64_t OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_r
     const octomap::Pointcloud points = PointsInReach(bundles[i], max_range_m, reach_m);
     left_out += static_cast<int64_t>(bundles[i].p_world.size() - points.size());
     impl_->tree.insertPointCloud(points, ToOctomap(bundles[i].p_world_camera), max_range_m, kLazy);
+    if (impl_->tree.size() > max_voxels)
+      FailForSize(resolution_m(), max_voxels, i + 1, bundles.size());
   }
   Finish();
   return left_out;

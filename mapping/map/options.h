@@ -19,7 +19,7 @@ struct CloudOptions {
 struct OccupancyOptions {
   double resolution_m = 0.05;  // edge of a voxel
   double max_range_m = 20;     // a ray is followed no further
-  int max_voxels = 20000000;   // that a map may take, by an estimate; some 70 bytes of memory each
+  int max_voxels = 20000000;   // that a map may take; some 70 bytes of memory each
   void Check() const;
   void Read(YamlSection section);
 };

@@ -9,6 +9,7 @@
 
 #include "data/io/file.h"
 #include "data/io/json.h"
+#include "data/io/json_fields.h"
 #include "data/source/sequence_options_json.h"
 #include "odometry/run/run_rows.h"
 
@@ -87,143 +88,77 @@ constexpr std::array<const char*, 5> kAxisNames = {"x", "y", "vertical", "none",
 constexpr double kMostRadius_m = 1e3, kLeastRadius_m = 1e-4;
 constexpr int kMostWorld = 1'000'000, kMostImages = 1'000'000'000;
 
-LineAxis ParseAxis(const std::string& place, const Json& json) {
-  const auto found = json.at("axis").get<std::string>();
-  for (size_t i = 0; i < kAxisNames.size(); ++i) {
-    if (found == kAxisNames[i]) return static_cast<LineAxis>(i);
-  }
-  throw DataError(fmt::format("{}: axis: found '{}', expected one of: x, y, vertical, none, sloped",
-                              place, found));
-}
-
-// A hundredth of a millimetre is too coarse for what says how well something is known.
-double Micrometres(double value_m) { return std::round(value_m * 1e6) / 1e6; }
-
-Json PipeJson(const MapPipe& pipe) {
-  return {{"id", pipe.id},
-          {"segment", pipe.segment},
-          {"axis", kAxisNames[static_cast<size_t>(pipe.axis)]},
-          {"world", pipe.world},
-          {"start", PointJson(pipe.start_world)},
-          {"end", PointJson(pipe.end_world)},
-          {"radius_m", RoundedForJson(pipe.radius_m)},
-          {"sigma_m", Micrometres(pipe.sigma_m)},
-          {"radius_sigma_m", Micrometres(pipe.radius_sigma_m)},
-          {"images", pipe.images}};
-}
-
-MapPipe ParsePipe(const std::string& path, const Json& json, size_t index) {
-  MapPipe pipe;
-  pipe.id = BoundedAt<int64_t>(path, json, "id", 0, static_cast<int64_t>(kMaxId));
-  const std::string place = fmt::format("{}: pipe {}", path, pipe.id);
-  if (pipe.id != static_cast<int64_t>(index)) {
-    throw DataError(
-        fmt::format("{}: found it at place {}, expected ids to count from 0", place, index));
-  }
-  pipe.segment = BoundedAt(place, json, "segment", 0, static_cast<int>(kMaxSegment));
-  pipe.axis = ParseAxis(place, json);
-  pipe.world = BoundedAt(place, json, "world", -1, kMostWorld);
-  pipe.start_world = ParsePoint<Eigen::Vector3d>(place, json.at("start"), kMaxCoordinate_m);
-  pipe.end_world = ParsePoint<Eigen::Vector3d>(place, json.at("end"), kMaxCoordinate_m);
-  if (pipe.start_world == pipe.end_world) {
-    throw DataError(place + ": found an end that is its start, expected a length");
-  }
-  pipe.radius_m = BoundedAt(place, json, "radius_m", kLeastRadius_m, kMostRadius_m);
-  pipe.sigma_m = BoundedAt(place, json, "sigma_m", 0.0, kMaxSigma_m);
-  pipe.radius_sigma_m = BoundedAt(place, json, "radius_sigma_m", 0.0, kMaxSigma_m);
-  pipe.images = BoundedAt(place, json, "images", 0, kMostImages);
-  return pipe;
+// Written as slcmap writes them: ids count from 0.
+template <typename Thing>
+std::vector<Thing> ReadList(const std::string& path, const char* what) {
+  return ParseJsonFile(path, [&](const Json& json) {
+    if (!json.is_array()) {
+      throw DataError(fmt::format("{}: found no list, expected a list of {}s", path, what));
+    }
+    std::vector<Thing> things = JsonReader::ListIn<Thing>(path, json);
+    for (size_t i = 0; i < things.size(); ++i) {
+      if (things[i].id == static_cast<int64_t>(i)) continue;
+      throw DataError(fmt::format("{}: {} {}: found it at place {}, expected ids to count from 0",
+                                  path, what, things[i].id, i));
+    }
+    return things;
+  });
 }
 
 }  // namespace
 
+// A hundredth of a millimetre is too coarse for what says how well something is known.
+template <typename Fields>
+void Describe(Fields& fields, Of<MapPipe> auto& pipe) {
+  fields.Integer("id", pipe.id, 0, static_cast<int64_t>(kMaxId));
+  fields.Place("pipe", pipe.id);
+  fields.Integer("segment", pipe.segment, 0, static_cast<int64_t>(kMaxSegment));
+  fields.Named("axis", pipe.axis, kAxisNames);
+  fields.Integer("world", pipe.world, -1, kMostWorld);
+  fields.Point("start", pipe.start_world, kMaxCoordinate_m);
+  fields.Point("end", pipe.end_world, kMaxCoordinate_m);
+  fields.Number("radius_m", pipe.radius_m, kLeastRadius_m, kMostRadius_m);
+  fields.Number("sigma_m", pipe.sigma_m, 0, kMaxSigma_m, kMicrometres);
+  fields.Number("radius_sigma_m", pipe.radius_sigma_m, 0, kMaxSigma_m, kMicrometres);
+  fields.Integer("images", pipe.images, 0, kMostImages);
+}
+
+template <typename Fields>
+void Describe(Fields& fields, Of<MapPattern> auto& pattern) {
+  constexpr double kUnitSlack = 1e-4, kMostDistance_m = 10;  // of a pattern's lines
+  fields.Integer("id", pattern.id, 0, static_cast<int64_t>(kMaxId));
+  fields.Place("pattern", pattern.id);
+  fields.Integer("segment", pattern.segment, 0, static_cast<int64_t>(kMaxSegment));
+  fields.Point("origin", pattern.origin_world, kMaxCoordinate_m);
+  fields.Unit("direction", pattern.direction_world, kUnitSlack, kMicrometres);
+  fields.Unit("across", pattern.across_world, kUnitSlack, kMicrometres);
+  fields.Number("spacing_m", pattern.spacing_m, 1e-6, kMostDistance_m, kMicrometres);
+  fields.Number("scatter_m", pattern.scatter_m, 0, kMostDistance_m, kMicrometres);
+  fields.Range("along_m", pattern.along_m, kMaxCoordinate_m);
+  fields.Range("across_m", pattern.across_m, kMaxCoordinate_m);
+  fields.Value("lines", pattern.line_ids);
+}
+
 void WritePipes(const std::string& path, const std::vector<MapPipe>& pipes) {
-  Json json = Json::array();
-  for (const MapPipe& pipe : pipes) json.push_back(PipeJson(pipe));
-  WriteJsonFile(path, json);
+  WriteJsonFile(path, JsonWriter::ListOf(pipes));
 }
 
 std::vector<MapPipe> ReadPipes(const std::string& path) {
-  return ParseJsonFile(path, [&](const Json& json) {
-    if (!json.is_array()) throw DataError(path + ": found no list, expected a list of pipes");
-    std::vector<MapPipe> pipes;
-    for (const Json& pipe : json) pipes.push_back(ParsePipe(path, pipe, pipes.size()));
-    return pipes;
-  });
+  std::vector<MapPipe> pipes = ReadList<MapPipe>(path, "pipe");
+  for (const MapPipe& pipe : pipes) {
+    if (pipe.start_world != pipe.end_world) continue;
+    throw DataError(fmt::format("{}: pipe {}: found an end that is its start, expected a length",
+                                path, pipe.id));
+  }
+  return pipes;
 }
-
-namespace {
-
-constexpr double kMostDistance_m = 10;  // of a pattern's lines
-constexpr double kUnitSlack = 1e-4;
-
-Json IntervalJson(const Interval& interval) {
-  return {RoundedForJson(interval.from_m), RoundedForJson(interval.to_m)};
-}
-
-Interval ParseInterval(const std::string& place, const Json& json, const char* key) {
-  const auto ends = ParsePoint<Eigen::Vector2d>(place, json.at(key), kMaxCoordinate_m);
-  if (ends.x() <= ends.y()) return {ends.x(), ends.y()};
-  throw DataError(fmt::format("{}: {}: found {} to {}, expected the lesser first", place, key,
-                              ends.x(), ends.y()));
-}
-
-Eigen::Vector3d ParseUnit(const std::string& place, const Json& json, const char* key) {
-  const auto unit = ParsePoint<Eigen::Vector3d>(place, json.at(key), 1 + kUnitSlack);
-  if (std::abs(unit.norm() - 1) < kUnitSlack) return unit;
-  throw DataError(fmt::format("{}: {}: found a length of {}, expected 1", place, key, unit.norm()));
-}
-
-Json PatternJson(const MapPattern& pattern) {
-  const auto unit = [](const Eigen::Vector3d& v) {
-    return Json{Micrometres(v.x()), Micrometres(v.y()), Micrometres(v.z())};
-  };
-  return {{"id", pattern.id},
-          {"segment", pattern.segment},
-          {"origin", PointJson(pattern.origin_world)},
-          {"direction", unit(pattern.direction_world)},
-          {"across", unit(pattern.across_world)},
-          {"spacing_m", Micrometres(pattern.spacing_m)},
-          {"scatter_m", Micrometres(pattern.scatter_m)},
-          {"along_m", IntervalJson(pattern.along_m)},
-          {"across_m", IntervalJson(pattern.across_m)},
-          {"lines", pattern.line_ids}};
-}
-
-MapPattern ParsePattern(const std::string& path, const Json& json, size_t index) {
-  MapPattern pattern;
-  pattern.id = static_cast<int64_t>(index);
-  const std::string place = fmt::format("{}: pattern {}", path, index);
-  BoundedAt(place, json, "id", pattern.id, pattern.id);
-  pattern.segment = BoundedAt(place, json, "segment", 0, static_cast<int>(kMaxSegment));
-  pattern.origin_world = ParsePoint<Eigen::Vector3d>(place, json.at("origin"), kMaxCoordinate_m);
-  pattern.direction_world = ParseUnit(place, json, "direction");
-  pattern.across_world = ParseUnit(place, json, "across");
-  pattern.spacing_m = BoundedAt(place, json, "spacing_m", 1e-6, kMostDistance_m);
-  pattern.scatter_m = BoundedAt(place, json, "scatter_m", 0.0, kMostDistance_m);
-  pattern.along_m = ParseInterval(place, json, "along_m");
-  pattern.across_m = ParseInterval(place, json, "across_m");
-  pattern.line_ids = json.at("lines").get<std::vector<int64_t>>();
-  return pattern;
-}
-
-}  // namespace
 
 void WritePatterns(const std::string& path, const std::vector<MapPattern>& patterns) {
-  Json json = Json::array();
-  for (const MapPattern& pattern : patterns) json.push_back(PatternJson(pattern));
-  WriteJsonFile(path, json);
+  WriteJsonFile(path, JsonWriter::ListOf(patterns));
 }
 
 std::vector<MapPattern> ReadPatterns(const std::string& path) {
-  return ParseJsonFile(path, [&](const Json& json) {
-    if (!json.is_array()) throw DataError(path + ": found no list, expected a list of patterns");
-    std::vector<MapPattern> patterns;
-    for (const Json& pattern : json) {
-      patterns.push_back(ParsePattern(path, pattern, patterns.size()));
-    }
-    return patterns;
-  });
+  return ReadList<MapPattern>(path, "pattern");
 }
 
 namespace {
@@ -299,20 +234,14 @@ Json GeoreferenceJson(const std::optional<Georeference>& georeference) {
 
 std::optional<Georeference> ParseGeoreference(const std::string& place, const Json& json) {
   constexpr double kMostOffset_m = 1e10;  // beyond the Earth
-  const auto parse_origin = [&](const Json& in, const char* key) {
-    return ParsePoint<Eigen::Vector3d>(place + ": " + key, in.at(key), kMostOffset_m);
-  };
+  const Json& found = json.at("georeference");
+  if (found.is_null()) return std::nullopt;
   Georeference georeference;
-  if (const Json found = json.value("georeference", Json()); !found.is_null()) {
-    georeference.crs = found.at("crs").get<std::string>();
-    georeference.origin_m = parse_origin(found, "origin_m");
-    georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);
-    georeference.scale = BoundedAt(place, found, "scale", 0.5, 2.0);
-    return georeference;
-  }
-  if (!json.contains("world_offset_m")) return std::nullopt;
-  georeference.origin_m = parse_origin(json, "world_offset_m");
-  if (georeference.origin_m.isZero()) return std::nullopt;
+  georeference.crs = found.at("crs").get<std::string>();
+  georeference.origin_m =
+      ParsePoint<Eigen::Vector3d>(place + ": origin_m", found.at("origin_m"), kMostOffset_m);
+  georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);
+  georeference.scale = BoundedAt(place, found, "scale", 0.5, 2.0);
   return georeference;
 }
 

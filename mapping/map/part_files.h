@@ -53,8 +53,7 @@ RigidTransform ParseTurn(const std::string& place, const Json& json);
 // The object `georeference`; null where there is none.
 Json GeoreferenceJson(const std::optional<Georeference>& georeference);
 
-// That of an object: its key `georeference`, or world_offset_m in maps of earlier versions; nothing
-// where it has neither. Throws DataError.
+// That of an object: its key `georeference`; nothing where that is null. Throws DataError.
 std::optional<Georeference> ParseGeoreference(const std::string& place, const Json& json);
 
 // The same place of the frame that T brings the map to.

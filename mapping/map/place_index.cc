@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "data/io/csv.h"
 #include "data/io/file.h"
@@ -22,22 +21,19 @@ constexpr double kBetweenPlacesOfWalk_m = 1;
 
 constexpr int kWalk = 0, kEdge = 1;
 
-double VerticalShare(const IndexedEdge& edge) {
-  return std::abs(edge.end_world.z() - edge.start_world.z()) / std::max(edge.Length_m(), 1e-9);
+bool IsTelling(const MapLine& line) {
+  const double length_m = (line.end_world - line.start_world).norm();
+  const double vertical = std::abs(line.end_world.z() - line.start_world.z()) / length_m;
+  if (vertical > kUprightCosine) return length_m >= kShortestUpright_m;
+  return vertical < kLevelCosine && length_m >= kShortestLevel_m;
 }
 
-bool IsTelling(const IndexedEdge& edge) {
-  if (edge.IsUpright()) return edge.Length_m() >= kShortestUpright_m;
-  return VerticalShare(edge) < kLevelCosine && edge.Length_m() >= kShortestLevel_m;
-}
+}  // namespace
 
-PlaceIndex MakeIndex(const std::vector<MapLine>& lines, const Trajectory& poses) {
+PlaceIndex MakePlaceIndex(const MapResult& map) {
   PlaceIndex index;
-  for (const MapLine& line : lines) {
-    const IndexedEdge edge{line.start_world, line.end_world};
-    if (IsTelling(edge)) index.edges.push_back(edge);
-  }
-  for (const StampedPose& pose : poses) {
+  std::ranges::copy_if(map.lines, std::back_inserter(index.edges), IsTelling);
+  for (const StampedPose& pose : map.trajectory) {
     const Eigen::Vector3d& p = pose.T_world_imu.translation;
     if (index.walk_world.empty() ||
         (p - index.walk_world.back()).norm() >= kBetweenPlacesOfWalk_m) {
@@ -46,6 +42,8 @@ PlaceIndex MakeIndex(const std::vector<MapLine>& lines, const Trajectory& poses)
   }
   return index;
 }
+
+namespace {
 
 const CsvColumns& PlaceColumns() {
   using Kind = CsvColumn::Kind;
@@ -71,31 +69,23 @@ Eigen::Vector3d PointAt(const CsvTable& row, std::size_t column) {
 
 }  // namespace
 
-bool IndexedEdge::IsUpright() const { return VerticalShare(*this) > kUprightCosine; }
-
-PlaceIndex MakePlaceIndex(const MapResult& map) { return MakeIndex(map.lines, map.trajectory); }
-
 void WritePlaceIndex(const std::string& path, const PlaceIndex& index) {
   std::string text = CsvHeader(PlaceColumns()) + "\n";
   for (const Eigen::Vector3d& p : index.walk_world) text += FormatPlace(kWalk, p, p);
-  for (const IndexedEdge& edge : index.edges)
+  for (const MapLine& edge : index.edges) {
     text += FormatPlace(kEdge, edge.start_world, edge.end_world);
+  }
   WriteFile(path, text);
 }
 
 PlaceIndex ReadPlaceIndex(const std::string& folder) {
   const std::string path = folder + "/" + kPlaceFile;
-  if (!std::filesystem::exists(path)) {
-    return MakeIndex(ReadMapLines(folder + "/lines.ply"),
-                     ReadTumTrajectory(folder + "/trajectory.tum"));
-  }
   PlaceIndex index;
   CsvTable::ForEach(path, PlaceColumns(), [&](const CsvTable& row) {
-    const IndexedEdge edge{PointAt(row, 1), PointAt(row, 4)};
     if (row.Int(0, 0) == kWalk) {
-      index.walk_world.push_back(edge.start_world);
+      index.walk_world.push_back(PointAt(row, 1));
     } else {
-      index.edges.push_back(edge);
+      index.edges.push_back({.start_world = PointAt(row, 1), .end_world = PointAt(row, 4)});
     }
   });
   return index;

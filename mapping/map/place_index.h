@@ -10,16 +10,8 @@
 
 namespace slcmap::inline mapping {
 
-// A straight edge, upright or level. Metres, in the world of the map.
-struct IndexedEdge {
-  Eigen::Vector3d start_world = Eigen::Vector3d::Zero(), end_world = Eigen::Vector3d::Zero();
-
-  bool IsUpright() const;
-  double Length_m() const { return (end_world - start_world).norm(); }
-};
-
 struct PlaceIndex {
-  std::vector<IndexedEdge> edges;
+  std::vector<MapLine> edges;               // upright or level; of those in files the ends alone
   std::vector<Eigen::Vector3d> walk_world;  // places of the rig, about a metre apart
 };
 
@@ -30,8 +22,7 @@ inline constexpr const char* kPlaceFile = "places.csv";
 // Writes a centimetre exactly. Throws OutputError.
 void WritePlaceIndex(const std::string& path, const PlaceIndex& index);
 
-// Of a map folder; of a map by an earlier version, which has none, of its lines and poses. Throws
-// DataError naming file and row.
+// Of a map folder. Throws DataError naming file and row.
 PlaceIndex ReadPlaceIndex(const std::string& folder);
 
 }  // namespace slcmap::mapping

@@ -4,6 +4,7 @@
 
 #include "data/core/math.h"
 #include "data/io/json.h"
+#include "data/io/json_fields.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -16,84 +17,42 @@ constexpr int64_t kMostPlanned = 100'000'000;
 // Millimetres, to a hundredth.
 double InMm(double length_m) { return std::round(1e5 * length_m) / 100; }
 
-PlanStatus ParseStatus(const std::string& place, const Json& json) {
-  const auto found = json.at("status").get<std::string>();
-  for (std::size_t i = 0; i < kPlanStatuses.size(); ++i) {
-    if (found == kPlanStatuses[i]) return static_cast<PlanStatus>(i);
-  }
-  throw DataError(fmt::format("{}: status: found '{}', expected one of: {}", place, found,
-                              fmt::join(kPlanStatuses, ", ")));
-}
-
 bool WasMeasured(PlanStatus status) {
   return status == PlanStatus::kAsPlanned || status == PlanStatus::kDeviates;
 }
 
-Json RowJson(const char* thing, PlanStatus status, int64_t planned, int64_t id,
-             const Eigen::Vector2d& start, const Eigen::Vector2d& end) {
-  return {{"status", GetName(status)},
-          {"planned", planned},
-          {thing, id},
-          {"start", PointJson(start)},
-          {"end", PointJson(end)}};
+template <typename Fields>
+void DescribeRow(Fields& fields, const char* thing, auto& row, auto& id) {
+  fields.Named("status", row.status, kPlanStatuses);
+  fields.Integer("planned", row.planned, -1, kMostPlanned);
+  fields.Integer(thing, id, -1, kMostPlanned);
+  fields.Point("start", row.start_plan, kFarthest_m);
+  fields.Point("end", row.end_plan, kFarthest_m);
 }
 
-Json WallRow(const WallDeviation& wall) {
-  Json json =
-      RowJson("plane", wall.status, wall.planned, wall.plane, wall.start_plan, wall.end_plan);
-  if (!WasMeasured(wall.status)) return json;
-  json["deviation_mm"] = InMm(wall.deviation_m);
-  json["sigma_mm"] = InMm(wall.sigma_m);
-  json["turn_rad"] = RoundedForJson(wall.turn_rad);
-  json["turn_sigma_rad"] = RoundedForJson(wall.turn_sigma_rad);
-  return json;
+}  // namespace
+
+template <typename Fields>
+void Describe(Fields& fields, Of<WallDeviation> auto& wall) {
+  DescribeRow(fields, "plane", wall, wall.plane);
+  if (!WasMeasured(wall.status)) return;
+  fields.Millimetres("deviation_mm", wall.deviation_m, -kFarthest_m, kFarthest_m);
+  fields.Millimetres("sigma_mm", wall.sigma_m, 0, kFarthest_m);
+  fields.Number("turn_rad", wall.turn_rad, -4, 4);
+  fields.Number("turn_sigma_rad", wall.turn_sigma_rad, 0, 1e6);
 }
 
-Json OpeningRow(const OpeningDeviation& opening) {
-  Json json = RowJson("wall", opening.status, opening.planned, opening.wall, opening.start_plan,
-                      opening.end_plan);
-  if (!WasMeasured(opening.status)) return json;
-  json["moved_mm"] = InMm(opening.moved_m);
-  json["moved_sigma_mm"] = InMm(opening.moved_sigma_m);
-  json["wider_mm"] = InMm(opening.wider_m);
-  json["wider_sigma_mm"] = InMm(opening.wider_sigma_m);
-  return json;
+template <typename Fields>
+void Describe(Fields& fields, Of<OpeningDeviation> auto& opening) {
+  DescribeRow(fields, "wall", opening, opening.wall);
+  if (!WasMeasured(opening.status)) return;
+  fields.Millimetres("moved_mm", opening.moved_m, -kFarthest_m, kFarthest_m);
+  fields.Millimetres("moved_sigma_mm", opening.moved_sigma_m, 0, kFarthest_m);
+  fields.Millimetres("wider_mm", opening.wider_m, -kFarthest_m, kFarthest_m);
+  fields.Millimetres("wider_sigma_mm", opening.wider_sigma_m, 0, kFarthest_m);
 }
 
-double ParseMm(const std::string& place, const Json& json, const char* key, double least) {
-  return 1e-3 * BoundedAt(place, json, key, 1e3 * least, 1e3 * kFarthest_m);
-}
-
-template <typename Row>
-Row ParseRow(const std::string& place, const Json& json, const char* thing, int64_t Row::*id) {
-  Row row;
-  row.status = ParseStatus(place, json);
-  row.planned = BoundedAt<int64_t>(place, json, "planned", -1, kMostPlanned);
-  row.*id = BoundedAt<int64_t>(place, json, thing, -1, kMostPlanned);
-  row.start_plan = ParsePoint<Eigen::Vector2d>(place, json.at("start"), kFarthest_m);
-  row.end_plan = ParsePoint<Eigen::Vector2d>(place, json.at("end"), kFarthest_m);
-  return row;
-}
-
-WallDeviation ParseWallRow(const std::string& place, const Json& json) {
-  WallDeviation wall = ParseRow(place, json, "plane", &WallDeviation::plane);
-  if (!WasMeasured(wall.status)) return wall;
-  wall.deviation_m = ParseMm(place, json, "deviation_mm", -kFarthest_m);
-  wall.sigma_m = ParseMm(place, json, "sigma_mm", 0);
-  wall.turn_rad = BoundedAt(place, json, "turn_rad", -4.0, 4.0);
-  wall.turn_sigma_rad = BoundedAt(place, json, "turn_sigma_rad", 0.0, 1e6);
-  return wall;
-}
-
-OpeningDeviation ParseOpeningRow(const std::string& place, const Json& json) {
-  OpeningDeviation opening = ParseRow(place, json, "wall", &OpeningDeviation::wall);
-  if (!WasMeasured(opening.status)) return opening;
-  opening.moved_m = ParseMm(place, json, "moved_mm", -kFarthest_m);
-  opening.moved_sigma_m = ParseMm(place, json, "moved_sigma_mm", 0);
-  opening.wider_m = ParseMm(place, json, "wider_mm", -kFarthest_m);
-  opening.wider_sigma_m = ParseMm(place, json, "wider_sigma_mm", 0);
-  return opening;
-}
+namespace {
 
 double YawIn(const RigidTransform& transform) {
   const Eigen::Vector3d x = transform.rotation * Eigen::Vector3d::UnitX();
@@ -145,12 +104,8 @@ void WritePlanComparison(const std::string& folder, const PlanComparison& compar
                {"agreeing_m", RoundedForJson(comparison.agreeing_m)},
                {"differing_m", RoundedForJson(comparison.differing_m)},
                {"rival_share", RoundedForJson(comparison.rival_share)},
-               {"walls", Json::array()},
-               {"openings", Json::array()}};
-  for (const WallDeviation& wall : comparison.walls) json["walls"].push_back(WallRow(wall));
-  for (const OpeningDeviation& opening : comparison.openings) {
-    json["openings"].push_back(OpeningRow(opening));
-  }
+               {"walls", JsonWriter::ListOf(comparison.walls)},
+               {"openings", JsonWriter::ListOf(comparison.openings)}};
   WriteJsonFile(folder + "/" + kPlanComparisonFiles[0], json);
   WriteFile(folder + "/" + kPlanComparisonFiles[1], DeviationTable(comparison));
 }
@@ -168,19 +123,14 @@ PlanComparison ReadPlanComparison(const std::string& folder) {
     comparison.T_plan_world.rotation = Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ());
     comparison.T_plan_world.translation =
         ParsePoint<Eigen::Vector3d>(path, placed.at("translation_m"), kFarthest_m);
-    comparison.sigma_m = ParseMm(path, placed, "sigma_mm", 0);
+    comparison.sigma_m = 1e-3 * BoundedAt(path, placed, "sigma_mm", 0.0, 1e3 * kFarthest_m);
     comparison.yaw_sigma_rad = BoundedAt(path, placed, "turn_sigma_rad", 0.0, 1e6);
     comparison.agreeing_m = BoundedAt(path, json, "agreeing_m", 0.0, kFarthest_m);
     comparison.differing_m = BoundedAt(path, json, "differing_m", 0.0, kFarthest_m);
     comparison.rival_share = BoundedAt(path, json, "rival_share", 0.0, kFarthest_m);
-    for (const Json& row : json.at("walls")) {
-      const std::string place = fmt::format("{}: wall {}", path, comparison.walls.size());
-      comparison.walls.push_back(ParseWallRow(place, row));
-    }
-    for (const Json& row : json.at("openings")) {
-      const std::string place = fmt::format("{}: opening {}", path, comparison.openings.size());
-      comparison.openings.push_back(ParseOpeningRow(place, row));
-    }
+    comparison.walls = JsonReader::ListIn<WallDeviation>(path + ": walls", json.at("walls"));
+    comparison.openings =
+        JsonReader::ListIn<OpeningDeviation>(path + ": openings", json.at("openings"));
     return comparison;
   });
 }

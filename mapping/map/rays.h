@@ -1,5 +1,5 @@
-// Occupied and free space from what keyframes and views saw, how many voxels that will take, and a
-// map as what its building is made of.
+// Occupied and free space from what keyframes and views saw, and a map as what its building is made
+// of.
 #pragma once
 
 #include <algorithm>
@@ -19,35 +19,11 @@
 
 namespace slcmap::inline mapping {
 
-class VoxelEstimate {
- public:
-  // Rays are followed up to max_range_m.
-  VoxelEstimate(const std::vector<RayBundle>& bundles, double max_range_m);
-
-  // No more than there are steps from voxel to voxel along the rays; and, where rays lie side by
-  // side, no more than fit into the space that they pass, as counted in coarser voxels. Falls with
-  // the resolution.
-  double Voxels(double resolution_m) const;
-
-  // The least resolution, rounded up to two digits, that takes at most max_voxels.
-  double LeastResolution_m(double max_voxels) const;
-
- private:
-  struct Count {
-    double voxel_m = 0;
-    double voxels = 0;  // of that size, that rays pass
-  };
-
-  double rays_ = 0, steps_m_ = 0;  // the sum over the rays of |dx| + |dy| + |dz|
-  std::vector<Count> counts_;      // each with twice the voxel of the one before
-};
-
 // The rays from each keyframe's left camera to each point of the map whose landmark it saw.
 std::vector<RayBundle> KeyframeRays(const OdometryRun& run, const std::vector<MapPoint>& points);
 
 // Follows the rays; counts those that leave the octree as `warnings` of the kind kRayOutOfOctree.
-// Once progress says so, later rays are left out. Throws ConfigError, naming what would do, when
-// the rays would take more than max_voxels.
+// Once progress says so, later rays are left out. Throws what OccupancyMap::Insert throws.
 OccupancyMap MapOccupancy(const std::vector<RayBundle>& rays, const OccupancyOptions& options,
                           std::map<std::string, int64_t>* warnings, const Progress& progress = {});
 

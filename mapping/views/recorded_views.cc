@@ -169,21 +169,6 @@ bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
          from.rotation.angularDistance(to.rotation) >= selection.min_turn_rad;
 }
 
-// The pose at a stamp: between two rows, or where there are none on both sides, that of a row so
-// near in time that only its stamp was rounded.
-std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t stamp_ns,
-                                          const KeyframeSelection& selection) {
-  if (const auto between = PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s)) return between;
-  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
-  const int64_t most_ns = ToNanoseconds(selection.max_stamp_offset_s);
-  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
-  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
-    return std::prev(after)->T_world_imu;
-  }
-  return std::nullopt;
-}
-
 using StampSpan = std::pair<int64_t, int64_t>;  // first and last
 
 std::map<int, StampSpan> SpansOfSegments(const std::vector<Keyframe>& keyframes) {
@@ -238,22 +223,6 @@ std::string IdOfPoses(const OdometryRun& run) {
   return Checksum(contents);
 }
 
-// Where the recording has an IMU that can be read.
-void WarnWhereZIsNotUp(const std::string& sequence, SequenceOptions options, OdometryRun* run) {
-  Sequence recording;
-  try {
-    options.needs_imu = true;
-    recording = OpenSequence(sequence, options);
-  } catch (const DataError&) {
-    return;
-  }
-  const auto force = MeanForceAt(run->states, recording.imu, recording.rig.camera_time_offset_s);
-  const std::string fault = force ? WhatIsNotUp(*force) : "";
-  if (fault.empty()) return;
-  ++run->warnings[kPosesDisagree];
-  spdlog::warn("{}: {}", recording.folder, fault);
-}
-
 // What is mapped behind a jump does not fit what was mapped before it.
 void ReportJumps(const Trajectory& trajectory, OdometryRun* run) {
   std::vector<PoseJump> jumps = FindJumps(trajectory);
@@ -274,10 +243,7 @@ void ReportJumps(const Trajectory& trajectory, OdometryRun* run) {
 // Poses that are at the time of the images, but at none of them.
 void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
                         const KeyframeSelection& selection) {
-  std::vector<double> periods_s, off_s;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
-  }
+  std::vector<double> off_s;
   for (const StampedPose& pose : trajectory) {
     double least_s = INFINITY;
     for (const StereoEntry& pair : recording.images) {
@@ -295,7 +261,7 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
       "expected poses within {:.0f} ms of images, or on both sides of them at most {:.1f} s apart: "
       "write poses at the stamps of images; or, if the clocks differ by that, give "
       "--poses-offset={:.4f}",
-      recording.folder, Quantile(periods_s, 0.5), 1e3 * std::abs(middle_s),
+      recording.folder, MedianPeriod_s(trajectory), 1e3 * std::abs(middle_s),
       1e3 * selection.max_stamp_offset_s, selection.max_pose_gap_s, middle_s));
 }
 
@@ -423,7 +389,8 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   source.opened = recording.opened;
   run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
-    const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);
+    const auto T_world_imu =
+        PoseNear(trajectory, pair.stamp_ns, selection.max_pose_gap_s, selection.max_stamp_offset_s);
     if (!T_world_imu) {
       ++run.warnings[kImageWithoutPose];
       continue;
@@ -442,7 +409,6 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
     RefusePoses(recording, trajectory);
   }
   ReportJumps(trajectory, &run);
-  WarnWhereZIsNotUp(sequence, options, &run);
   run.id = IdOfPoses(run);
   return run;
 }

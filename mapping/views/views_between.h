@@ -1,11 +1,7 @@
-// Views between keyframes, where those are far apart; whether the world of given poses has up where
-// the accelerometer has it; and where given poses jump.
+// Views between keyframes, where those are far apart; and where given poses jump.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "data/core/types.h"
@@ -38,19 +34,6 @@ class SelectedImages : public ViewImages {
   const ViewImages& all_;
   const std::vector<size_t> selected_;
 };
-
-inline constexpr double kLeastForce_m_s2 = 8;  // of gravity's, else samples are no m/s^2
-
-// The mean specific force at the poses, in their world, m/s^2: about (0, 0, 9.8) where they are
-// those of the IMU and z is up. Images stamped t were taken at t + camera_time_offset_s of the
-// IMU's clock. None where few poses have a sample within 20 ms, or
-// samples are no m/s^2.
-std::optional<Eigen::Vector3d> MeanForceAt(const std::vector<OnlineState>& states,
-                                           const std::vector<ImuSample>& imu,
-                                           double camera_time_offset_s);
-
-// What is wrong with it, in words; empty where nothing is.
-std::string WhatIsNotUp(const Eigen::Vector3d& mean_force_m_s2);
 
 // Where poses that were given jump, as those of a tracker that was lost or of a loop that was
 // closed.

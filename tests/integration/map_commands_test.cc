@@ -263,8 +263,8 @@ TEST_F(OverwritingTest, AnotherKindOfFolderIsNamed) {
 }
 
 TEST_F(OverwritingTest, AMapTooLargeForMemoryIsRefusedWithWhatWouldDo) {
-  const std::string config =
-      folder_.Write("fine.yaml", "mapping: {occupancy: {resolution_m: 0.001}}\n");
+  const std::string config = folder_.Write(
+      "fine.yaml", "mapping: {occupancy: {resolution_m: 0.001, max_voxels: 100000}}\n");
   const std::string summary = testing::ReadText(map_ + "/map.json");
   ExpectError(RunSlcmap("map " + run_ + " --sparse -o " + map_ + " --config " + config), 2,
               "mapping.occupancy.resolution_m: found 0.001");

@@ -277,7 +277,6 @@ TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
   EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
 }
 
-// What earlier maps do not have need not be counted, but what is there has to be.
 TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
   OdometryRun run = testing::MakeWallRun();
   run.states.clear();
@@ -366,28 +365,6 @@ TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
   EXPECT_NEAR(turning.end_m2(0, 0), run.lines[4].covariance_m2(0, 0) + 1e-4 * half_m * half_m,
               1e-9);
   EXPECT_NEAR(turning.end_m2(2, 2), 0, 1e-12);  // it is vertical
-}
-
-TEST_F(LineTablesTest, MapsOfEarlierVersionsHaveNeitherTheseNorObservationsOfPoints) {
-  Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
-  for (const char* what : {"line_covariances", "line_supports", "point_observations"}) {
-    std::filesystem::remove(folder_ + "/" + what + ".csv");
-    summary["counts"].erase(what);
-  }
-  Json& files = summary["files"];
-  files.erase(std::remove_if(files.begin(), files.end(),
-                             [](const Json& file) {
-                               return file.at("name").get<std::string>().ends_with(".csv");
-                             }),
-              files.end());
-  summary.erase("id");
-  summary.erase("checksum");
-  WriteSummaryFile(folder_ + "/map.json", summary);
-  const MapResult read = ReadMapFolder(folder_);
-  EXPECT_EQ(read.lines.size(), 24u);
-  EXPECT_FALSE(read.points.empty());
-  EXPECT_TRUE(read.line_evidence.covariances.empty() && read.line_evidence.supports.empty());
-  EXPECT_TRUE(read.point_observations.empty());
 }
 
 TEST_F(LineTablesTest, DamagedCovariancesAreNamed) {

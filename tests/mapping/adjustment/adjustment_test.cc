@@ -36,23 +36,17 @@ SimulatedRun Fly(const SimulatedRunOptions& options) {
 }
 
 // RMSE of the keyframes' positions after the best shift and the turn that the first poses have.
-double Ape(const SimulatedRun& run, const std::vector<RigidTransform>& poses,
-           const CalibrationFault& fault = {}) {
+double Ape(const SimulatedRun& run, const OdometryRun& found, const CalibrationFault& fault = {}) {
   const auto truth = [&](size_t k) {
     return run.motion->PoseAt(ToSeconds(run.run.keyframes[k].stamp_ns - fault.stamps_late_ns));
   };
-  const RigidTransform gauge = GaugeBetween(truth(0), poses[0]);
+  const RigidTransform gauge = GaugeBetween(truth(0), found.keyframes[0].T_world_imu);
   double sum = 0;
-  for (size_t k = 0; k < poses.size(); ++k) {
-    sum += (gauge * poses[k].translation - truth(k).translation).squaredNorm();
+  for (size_t k = 0; k < found.keyframes.size(); ++k) {
+    const Eigen::Vector3d p = gauge * found.keyframes[k].T_world_imu.translation;
+    sum += (p - truth(k).translation).squaredNorm();
   }
-  return std::sqrt(sum / static_cast<double>(poses.size()));
-}
-
-std::vector<RigidTransform> WindowPoses(const OdometryRun& run) {
-  std::vector<RigidTransform> poses;
-  for (const Keyframe& keyframe : run.keyframes) poses.push_back(keyframe.T_world_imu);
-  return poses;
+  return std::sqrt(sum / static_cast<double>(found.keyframes.size()));
 }
 
 // The simulated IMU reads right.
@@ -81,10 +75,10 @@ TEST(Adjustment, OfPerfectTracksIsTheTruth) {
   }
   AdjustmentOptions adjustment = Quick();
   adjustment.max_iterations = 30;
-  const AdjustmentResult result = Adjust(run.run, adjustment);
-  ASSERT_TRUE(result.usable);
-  EXPECT_GT(Ape(run, WindowPoses(run.run)), 0.01);
-  EXPECT_LT(Ape(run, result.T_world_imu), 5e-4);
+  const AdjustedRun result = Adjust(run.run, adjustment);
+  ASSERT_TRUE(result.figures);
+  EXPECT_GT(Ape(run, run.run), 0.01);
+  EXPECT_LT(Ape(run, result.run), 5e-4);
 }
 
 // No keyframe alone knows the scale: what all of them share has to settle, too.
@@ -101,20 +95,19 @@ TEST(Adjustment, FindsAScaleThatIsOff) {
   };
   for (Keyframe& keyframe : run.run.keyframes) stretch(&keyframe.T_world_imu.translation);
   for (Landmark& landmark : run.run.landmarks) stretch(&landmark.p_world);
-  const double before_m = Ape(run, WindowPoses(run.run));
-  const AdjustmentResult result = Adjust(run.run, Quick());
-  ASSERT_TRUE(result.usable);
+  const double before_m = Ape(run, run.run);
+  const AdjustedRun result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.figures);
   // With steps that are as little trusted at first as Ceres has it 0.162 of it are left, else
   // 0.131.
-  EXPECT_LT(Ape(run, result.T_world_imu), 0.147 * before_m);
+  EXPECT_LT(Ape(run, result.run), 0.147 * before_m);
 }
 
 TEST(Adjustment, IsNearerToTheTruthThanTheWindow) {
-  const AdjustmentResult result = Adjust(LongFlight().run, Quick());
-  ASSERT_TRUE(result.usable);
-  EXPECT_GT(result.figures.points, 100);
-  EXPECT_LT(Ape(LongFlight(), result.T_world_imu),
-            Ape(LongFlight(), WindowPoses(LongFlight().run)));
+  const AdjustedRun result = Adjust(LongFlight().run, Quick());
+  ASSERT_TRUE(result.figures);
+  EXPECT_GT(result.figures->points, 100);
+  EXPECT_LT(Ape(LongFlight(), result.run), Ape(LongFlight(), LongFlight().run));
 }
 
 TEST(Adjustment, FindsACalibrationThatIsOff) {
@@ -122,14 +115,15 @@ TEST(Adjustment, FindsACalibrationThatIsOff) {
   options.fault.stamps_late_ns = 10'000'000;
   options.fault.right_rotation_rad << 8.7e-4, 8.7e-4, 0;
   const SimulatedRun run = Fly(options);
-  const AdjustmentResult result = Adjust(run.run, Quick());
-  ASSERT_TRUE(result.usable && result.calibration);
+  const AdjustedRun result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.figures && !result.run.calibration.empty());
+  const CalibrationEstimate& found = result.run.calibration.back();
   const CalibrationVector expected = options.fault.Expected();
-  EXPECT_NEAR(result.calibration->time_offset_s, expected[kRowTimeOffset], 5e-4);
+  EXPECT_NEAR(found.time_offset_s, expected[kRowTimeOffset], 5e-4);
   constexpr int kRight = kImuCalibrationSize + kRowRightRotation;
-  EXPECT_NEAR(result.calibration->right_rotation_rad.x(), expected[kRight], 9e-5);
-  EXPECT_NEAR(result.calibration->right_rotation_rad.y(), expected[kRight + 1], 9e-5);
-  EXPECT_GT(result.calibration->time_offset_sigma_s, 0);
+  EXPECT_NEAR(found.right_rotation_rad.x(), expected[kRight], 9e-5);
+  EXPECT_NEAR(found.right_rotation_rad.y(), expected[kRight + 1], 9e-5);
+  EXPECT_GT(found.time_offset_sigma_s, 0);
 }
 
 TEST(Adjustment, OfLinesKnowsTheHeading) {
@@ -139,15 +133,15 @@ TEST(Adjustment, OfLinesKnowsTheHeading) {
   lines.max_lines = 20;
   options.lines = lines;
   const SimulatedRun run = Fly(options);
-  const AdjustmentResult result = Adjust(run.run, Quick());
-  ASSERT_TRUE(result.usable);
-  EXPECT_GT(result.figures.lines, 10);
-  ASSERT_FALSE(result.headings_rad.empty());
-  const RigidTransform gauge = GaugeBetween(
-      run.motion->PoseAt(ToSeconds(run.run.keyframes[0].stamp_ns)), result.T_world_imu[0]);
+  const AdjustedRun result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.figures);
+  EXPECT_GT(result.figures->lines, 10);
+  const RigidTransform gauge =
+      GaugeBetween(run.motion->PoseAt(ToSeconds(run.run.keyframes[0].stamp_ns)),
+                   result.run.keyframes[0].T_world_imu);
   const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
-  EXPECT_NEAR(std::remainder(result.headings_rad[0] + yaw_rad - 0.3, M_PI / 2), 0, 1e-3);
-  EXPECT_EQ(result.lines.size(), run.run.lines.size());
+  EXPECT_NEAR(std::remainder(result.run.manhattan_worlds[0].heading_rad + yaw_rad - 0.3, M_PI / 2),
+              0, 1e-3);
 }
 
 // A single image tells a line's direction, not how far away it is: such a line stays about where
@@ -166,12 +160,12 @@ TEST(Adjustment, LinesWhoseDistanceNothingTellsStay) {
     });
   }
   ASSERT_GE(seen_once.size(), 4u);
-  const AdjustmentResult result = Adjust(run.run, Quick());
-  ASSERT_TRUE(result.usable);
-  for (size_t i = 0; i < result.lines.size(); ++i) {
-    if (!seen_once.contains(result.lines[i].id)) continue;
-    const double moved_m = (result.lines[i].start_world - run.run.lines[i].start_world).norm();
-    EXPECT_LT(moved_m, 5) << "line " << result.lines[i].id;
+  const AdjustedRun result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.figures);
+  for (size_t i = 0; i < result.run.lines.size(); ++i) {
+    if (!seen_once.contains(result.run.lines[i].id)) continue;
+    const double moved_m = (result.run.lines[i].start_world - run.run.lines[i].start_world).norm();
+    EXPECT_LT(moved_m, 5) << "line " << result.run.lines[i].id;
   }
 }
 
@@ -220,39 +214,38 @@ double SpreadOf(const std::vector<ControlTie>& ties, const std::vector<Landmark>
 
 TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
   const OdometryRun& run = LongFlight().run;
-  const AdjustmentResult free = AdjustWithClosures(run, Quick(), nullptr);
-  OdometryRun settled = run;
-  Apply(free, &settled);
+  const AdjustedRun free = AdjustWithClosures(run, Quick(), nullptr);
   const auto adjust = [&](const std::vector<ControlTie>& ties) {
     return AdjustWithClosures(run, Quick(), nullptr, {}, ties);
   };
-  const std::vector<ControlTie> alike = TieBest(settled, 1), longer = TieBest(settled, 1.01);
-  const double spread_m = SpreadOf(alike, free.landmarks);
-  const AdjustmentResult same = adjust(alike), pulled = adjust(longer);
-  ASSERT_TRUE(free.usable && same.usable && pulled.usable);
-  EXPECT_NEAR(SpreadOf(alike, same.landmarks) / spread_m, 1, 5e-4);
-  EXPECT_NEAR(SpreadOf(longer, pulled.landmarks) / spread_m, 1.01, 3e-3);
+  const std::vector<ControlTie> alike = TieBest(free.run, 1), longer = TieBest(free.run, 1.01);
+  const double spread_m = SpreadOf(alike, free.run.landmarks);
+  const AdjustedRun same = adjust(alike), pulled = adjust(longer);
+  ASSERT_TRUE(free.figures && same.figures && pulled.figures);
+  EXPECT_NEAR(SpreadOf(alike, same.run.landmarks) / spread_m, 1, 5e-4);
+  EXPECT_NEAR(SpreadOf(longer, pulled.run.landmarks) / spread_m, 1.01, 3e-3);
 }
 
 TEST(Adjustment, TheSameRunGivesTheSameBytes) {
   const SimulatedRun run = Fly(Noisy(8));
-  const AdjustmentResult a = Adjust(run.run, Quick()), b = Adjust(run.run, Quick());
-  ASSERT_TRUE(a.usable);
-  for (size_t k = 0; k < a.T_world_imu.size(); ++k) {
-    EXPECT_EQ(a.T_world_imu[k].translation, b.T_world_imu[k].translation);
-    EXPECT_EQ(a.T_world_imu[k].rotation.coeffs(), b.T_world_imu[k].rotation.coeffs());
+  const AdjustedRun a = Adjust(run.run, Quick()), b = Adjust(run.run, Quick());
+  ASSERT_TRUE(a.figures);
+  for (size_t k = 0; k < a.run.keyframes.size(); ++k) {
+    const RigidTransform &of_a = a.run.keyframes[k].T_world_imu,
+                         &of_b = b.run.keyframes[k].T_world_imu;
+    EXPECT_EQ(of_a.translation, of_b.translation);
+    EXPECT_EQ(of_a.rotation.coeffs(), of_b.rotation.coeffs());
   }
 }
 
 TEST(Adjustment, OfTooLittleIsNone) {
   OdometryRun run;
-  EXPECT_FALSE(Adjust(run, {}).usable);
+  EXPECT_FALSE(Adjust(run, {}).figures);
   run.keyframes.resize(2);
-  const AdjustmentResult result = Adjust(run, {});
-  EXPECT_FALSE(result.usable);
+  const AdjustedRun result = Adjust(run, {});
+  EXPECT_FALSE(result.figures);
   EXPECT_FALSE(result.reason.empty());
-  Apply(result, &run);
-  EXPECT_EQ(run.keyframes.size(), 2u);
+  EXPECT_EQ(result.run.keyframes.size(), 2u);
 }
 
 TEST(Adjustment, WithoutRevisitsIsTakenOnlyWhereThatIsWanted) {
@@ -302,28 +295,28 @@ std::vector<Closure> Injected(const AdjustmentState& state, const SimulatedRun& 
   return closures;
 }
 
-const AdjustmentResult& WithoutClosures() {
-  static const AdjustmentResult result = AdjustWithClosures(LongFlight().run, Quick(), nullptr);
+const AdjustedRun& WithoutClosures() {
+  static const AdjustedRun result = AdjustWithClosures(LongFlight().run, Quick(), nullptr);
   return result;
 }
 
 TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
   const SimulatedRun& run = LongFlight();
-  const AdjustmentResult& without = WithoutClosures();
+  const AdjustedRun& without = WithoutClosures();
   const auto shifted = [&](const AdjustmentState& state, const Progress&) {
     return Injected(state, run, {0.5, 0.3, 0}, 4);
   };
-  const AdjustmentResult with = AdjustWithClosures(run.run, Quick(), shifted);
-  ASSERT_TRUE(with.usable);
-  ASSERT_GE(with.figures.closures, 1);
-  EXPECT_EQ(with.figures.closures_rejected, with.figures.closures);
-  EXPECT_LT(Ape(run, with.T_world_imu), Ape(run, without.T_world_imu) + 1e-3);
+  const AdjustedRun with = AdjustWithClosures(run.run, Quick(), shifted);
+  ASSERT_TRUE(with.figures);
+  ASSERT_GE(with.figures->closures, 1);
+  EXPECT_EQ(with.figures->closures_rejected, with.figures->closures);
+  EXPECT_LT(Ape(run, with.run), Ape(run, without.run) + 1e-3);
 }
 
 // Within what odometry may have drifted, each by another 3 cm, they move poses by a tenth of that.
 TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
   const SimulatedRun& run = LongFlight();
-  const AdjustmentResult& without = WithoutClosures();
+  const AdjustedRun& without = WithoutClosures();
   const auto mixed = [&](const AdjustmentState& state, const Progress&) {
     std::vector<Closure> closures = Injected(state, run, Eigen::Vector3d::Zero(), 8);
     for (size_t i = 0; i < closures.size(); i += 2) {
@@ -333,11 +326,11 @@ TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
     }
     return closures;
   };
-  const AdjustmentResult with = AdjustWithClosures(run.run, Quick(), mixed);
-  ASSERT_TRUE(with.usable);
-  ASSERT_GE(with.figures.closures, 4);
-  EXPECT_GE(with.figures.closures_rejected, 1);
-  EXPECT_LT(Ape(run, with.T_world_imu), Ape(run, without.T_world_imu) + 2.5e-3);
+  const AdjustedRun with = AdjustWithClosures(run.run, Quick(), mixed);
+  ASSERT_TRUE(with.figures);
+  ASSERT_GE(with.figures->closures, 4);
+  EXPECT_GE(with.figures->closures_rejected, 1);
+  EXPECT_LT(Ape(run, with.run), Ape(run, without.run) + 2.5e-3);
 }
 
 // Tracks that are better than what the options claim of them are believed more than those.
@@ -350,9 +343,9 @@ TEST(Adjustment, ImagesAreBelievedAsFarAsTheyAgree) {
   claimed.min_scatter = claimed.max_scatter = 1;
   found.point_sigma_px = found.line_sigma_px = 0.5;
   found.min_scatter = 0.05;
-  const AdjustmentResult as_claimed = Adjust(run.run, claimed), as_found = Adjust(run.run, found);
-  ASSERT_TRUE(as_claimed.usable && as_found.usable);
-  EXPECT_LT(Ape(run, as_found.T_world_imu), 0.8 * Ape(run, as_claimed.T_world_imu));
+  const AdjustedRun as_claimed = Adjust(run.run, claimed), as_found = Adjust(run.run, found);
+  ASSERT_TRUE(as_claimed.figures && as_found.figures);
+  EXPECT_LT(Ape(run, as_found.run), 0.8 * Ape(run, as_claimed.run));
 }
 
 }  // namespace

@@ -133,15 +133,6 @@ TEST_F(ControlTest, MapFoldersKeepThePlaceAndTheResiduals) {
   EXPECT_FALSE(ReadMapFolder(temp.Path("map")).control);
 }
 
-TEST(Georeferences, OfEarlierMapsAreOffsets) {
-  const Json json = {{"world_offset_m", {451200, 5411300, 312}}};
-  const auto place = ParseGeoreference("map.json", json);
-  EXPECT_EQ(place->origin_m, Vector3d(451200, 5411300, 312));
-  EXPECT_EQ(place->turn_rad, 0);
-  EXPECT_FALSE(ParseGeoreference("map.json", {{"world_offset_m", {0, 0, 0}}}));
-  EXPECT_FALSE(ParseGeoreference("map.json", {{"georeference", nullptr}}));
-}
-
 TEST(Georeferences, MoveWithTheFrame) {
   const RigidTransform T(ExpRotation({0, 0, 0.4}), {1, 2, 3});
   const Vector3d p(4, -5, 6);

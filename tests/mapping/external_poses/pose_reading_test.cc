@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "mapping/external_poses/read_poses.h"
+
 namespace slcmap {
 namespace {
 
@@ -185,6 +187,40 @@ TEST(PoseReading, WhatNoReadingExplainsIsSaid) {
     EXPECT_FALSE(reading.is_explained);
     EXPECT_THAT(reading.words, HasSubstr(words));
   }
+}
+
+// Where up is by 5 s of turning about all axes; images are stamped 30 ms late.
+std::optional<Eigen::Vector3d> FindUp(const Eigen::Quaterniond& R_given_world, double unit,
+                                      size_t samples = 1000) {
+  Sequence recording;
+  recording.rig.camera_time_offset_s = -0.03;
+  Trajectory given;
+  for (int i = 0; i < 1000; ++i) {
+    const double t_s = 0.005 * i;
+    const Eigen::Quaterniond R =
+        ExpRotation({1.5 * std::sin(t_s), 0, 0}) * ExpRotation({0, 2 * t_s, 0});
+    const int64_t stamp_ns = ToNanoseconds(t_s);
+    recording.imu.push_back(
+        {stamp_ns, Eigen::Vector3d::Zero(), unit * (R.conjugate() * Eigen::Vector3d(0, 0, 9.81))});
+    if (i % 10 > 0) continue;
+    given.push_back({stamp_ns + ToNanoseconds(0.03), {R_given_world * R, {0, 0, 0}}});
+  }
+  recording.imu.resize(samples);
+  return UpByForce(recording, given);
+}
+
+TEST(UpOfPoses, IsToldByTheAccelerometer) {
+  const Eigen::Quaterniond none = Eigen::Quaterniond::Identity();
+  ASSERT_TRUE(FindUp(none, 1));
+  EXPECT_LT((*FindUp(none, 1) - Eigen::Vector3d::UnitZ()).norm(), 0.01);
+  const auto with_y_down = FindUp(ExpRotation({-M_PI / 2, 0, 0}), 1);
+  ASSERT_TRUE(with_y_down);
+  EXPECT_LT((*with_y_down - Eigen::Vector3d::UnitY()).norm(), 0.01);
+}
+
+TEST(UpOfPoses, FewSamplesAndThoseOfAnotherUnitSayNothing) {
+  EXPECT_FALSE(FindUp(Eigen::Quaterniond::Identity(), 1, 100));
+  EXPECT_FALSE(FindUp(Eigen::Quaterniond::Identity(), 1 / 9.81));
 }
 
 }  // namespace

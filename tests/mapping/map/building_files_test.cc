@@ -74,19 +74,6 @@ TEST(BuildingFiles, WhatIsWrittenIsReadBack) {
   }
 }
 
-TEST(BuildingFiles, PlanesOfEarlierVersionsDoNotSayThatTheyAreInferred) {
-  const TempFolder folder;
-  WriteBuilding(folder.Path(), MakeBuilding());
-  std::string planes = ReadText(folder.Path() + "/planes.json");
-  for (const std::string value : {"true", "false"}) {
-    const std::string key = ",\n    \"inferred\": " + value;
-    if (planes.find(key) != std::string::npos) planes.replace(planes.find(key), key.size(), "");
-  }
-  ASSERT_EQ(planes.find("inferred"), std::string::npos) << planes;
-  folder.Write("planes.json", planes);
-  EXPECT_FALSE(ReadBuilding(folder.Path()).planes[0].inferred);
-}
-
 // The message about a building in whose file a text was replaced by another.
 std::string MessageAfter(const std::string& name, const std::string& from, const std::string& to) {
   const TempFolder folder;

@@ -233,7 +233,6 @@ TEST(MergedRuns, TheFirstIsTurnedAsItsMapIs) {
               ThrowsMessage<DataError>(HasSubstr("run 0: found it moved, expected the first run")));
 }
 
-// Earlier versions did not say when each run has poses.
 TEST(MergedRuns, MayBeWithoutStamps) {
   Json json = MergedJson(ThreeRuns());
   json[1].erase("first_pose_ns");

@@ -114,74 +114,21 @@ std::vector<RayBundle> MakeRays(int keyframes, int points) {
   return rays;
 }
 
-// Occupied and free, of the finest size.
-double CountVoxels(const std::vector<RayBundle>& rays, double resolution_m) {
-  OccupancyMap map(resolution_m);
-  map.Insert(rays, 100);
-  double count = 0;
-  for (double x = -5.5; x < 5.5; x += resolution_m) {
-    for (double y = -5.5; y < 5.5; y += resolution_m) {
-      for (double z = -0.5; z < 3.5; z += resolution_m) {
-        const Eigen::Vector3d p = Eigen::Vector3d(x, y, z).array() + 0.5 * resolution_m;
-        count += map.IsFree(p) || map.IsOccupied(p);
-      }
-    }
-  }
-  return count;
-}
-
-TEST(VoxelEstimate, IsNearTheVoxelsThatRaysTake) {
-  for (const int keyframes : {2, 20, 200}) {  // from rays far apart to rays side by side
-    const std::vector<RayBundle> rays = MakeRays(keyframes, 100);
-    const VoxelEstimate estimate(rays, 100);
-    for (const double resolution_m : {0.15, 0.4}) {
-      const double count = CountVoxels(rays, resolution_m);
-      EXPECT_GT(estimate.Voxels(resolution_m), 0.9 * count) << keyframes << " " << resolution_m;
-      EXPECT_LT(estimate.Voxels(resolution_m), 4 * count) << keyframes << " " << resolution_m;
-    }
-  }
-}
-
-// Space that is walked again and again takes no more voxels.
-TEST(VoxelEstimate, OfALongRunIsThatOfTheSpaceItPassed) {
-  const std::vector<RayBundle> once = MakeRays(200, 100);
-  std::vector<RayBundle> often;
-  for (int i = 0; i < 100; ++i) often.insert(often.end(), once.begin(), once.end());
-  EXPECT_LT(VoxelEstimate(often, 100).Voxels(0.1), 2 * VoxelEstimate(once, 100).Voxels(0.1));
-}
-
-TEST(VoxelEstimate, NamesTheLeastResolution) {
-  const VoxelEstimate estimate(MakeRays(20, 100), 100);
-  for (const double limit : {1e4, 1e6, 1e9}) {
-    const double least_m = estimate.LeastResolution_m(limit);
-    EXPECT_LE(estimate.Voxels(least_m), limit);
-    EXPECT_GT(estimate.Voxels(0.85 * least_m), limit);
-  }
-}
-
-TEST(VoxelEstimate, CountsNoRayThatIsNotFinite) {
-  const double nan = std::nan("");
-  const VoxelEstimate estimate({{{0, 0, 0}, {{nan, 0, 0}}}, {{1e30, nan, 0}, {{1, 0, 0}}}}, 20);
-  EXPECT_EQ(estimate.Voxels(0.1), 0);
-}
-
 TEST(Occupancy, AResolutionThatTakesTooMuchMemoryIsRefusedWithOneThatDoes) {
-  const std::vector<RayBundle> rays = MakeRays(200, 150);
+  const std::vector<RayBundle> rays = MakeRays(200, 20);
   OccupancyOptions options;
-  options.resolution_m = 0.001;
+  options.resolution_m = 0.02;
+  options.max_voxels = 100000;
   std::map<std::string, int64_t> warnings;
   const std::string message =
       testing::MessageOf<ConfigError>([&] { MapOccupancy(rays, options, &warnings); });
   EXPECT_THAT(message,
-              AllOf(HasSubstr("mapping.occupancy.resolution_m: found 0.001, which takes some "),
-                    HasSubstr("for at most 20000000 voxels (mapping.occupancy.max_voxels)")));
+              AllOf(HasSubstr("mapping.occupancy.resolution_m: found 0.02, which takes more than "),
+                    HasSubstr("100000 voxels (mapping.occupancy.max_voxels)")));
   const std::string before = "expected at least ";
   options.resolution_m = std::stod(message.substr(message.find(before) + before.size()));
-  EXPECT_GT(options.resolution_m, 0.001);
-  EXPECT_LT(options.resolution_m, 0.1);
-  options.resolution_m = 0.1;
-  options.max_voxels = 1000;
-  EXPECT_THROW(MapOccupancy(rays, options, &warnings), ConfigError);
+  EXPECT_GT(options.resolution_m, 0.02);
+  EXPECT_NO_THROW(MapOccupancy(rays, options, &warnings));
 }
 
 TEST(Occupancy, RaysOutOfTheOctreeAreAWarningOfTheMap) {

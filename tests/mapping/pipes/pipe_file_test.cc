@@ -94,19 +94,5 @@ TEST_F(PipesOfMap, AreReadBackAndChangedOnesRefused) {
   EXPECT_THROW(ReadMapFolder(folder_), DataError);
 }
 
-TEST_F(PipesOfMap, MapsOfEarlierVersionsHaveNone) {
-  std::filesystem::remove(folder_ + "/pipes.json");
-  Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
-  summary["counts"].erase("pipes");
-  Json& files = summary["files"];
-  files.erase(std::remove_if(files.begin(), files.end(),
-                             [](const Json& file) { return file.at("name") == "pipes.json"; }),
-              files.end());
-  summary.erase("id");
-  summary.erase("checksum");
-  WriteSummaryFile(folder_ + "/map.json", summary);
-  EXPECT_TRUE(ReadMapFolder(folder_).pipes.empty());
-}
-
 }  // namespace
 }  // namespace slcmap
