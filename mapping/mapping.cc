@@ -486,6 +486,8 @@ MapResult FinishUnion(UnitedMaps united, const MappingOptions& options, const Pr
   RunBuildingStage(std::move(rays), MakeViewCameras(united), of_building,
                    progress.Part(kRaysCollected, 1), &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
+  std::vector<MapLine> marks = united.map.marks;  // each map has weighed its own by patterns
+  united.map.patterns = FindPatterns(&marks);
   progress.ReportOrStop(1);
   united.map.plan.reset();  // of the first map's walls alone
   united.map.control.reset();
