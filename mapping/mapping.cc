@@ -197,13 +197,6 @@ void RunLineStage(const OdometryRun& run, const RecordedViews& recorded,
   AddWarnings(stage->warnings, map);
 }
 
-void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
-                  const Progress& progress, MapResult* map) {
-  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
-  const PipeImages images{chosen.views, *chosen.images};
-  AddPipes(options.pipes, &images, progress, map);
-}
-
 // Planes and rooms, what is filled by them, junctions, and how much of what was seen the map holds:
 // of what was measured, rays to it, and the cameras of the views that looked at it, by rig. Throws
 // StoppedError once progress says so, and leaves what is done so far.
@@ -279,7 +272,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   spdlog::info("dense cloud: {} points; lines: {}, and {} marks, of which {} patterns are made",
                map->dense.size(), map->lines.size(), map->marks.size(), map->patterns.size());
   if (progress.Report(kLinesUntil)) {
-    RunPipeStage(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
+    AddPipes(options.pipes, progress.Part(kLinesUntil, kPipesUntil), map);
   }
   if (!options.stages.building) return;
   ViewCameras cameras(recorded.views, map->rectified_rig);
@@ -486,6 +479,8 @@ MapResult FinishUnion(UnitedMaps united, const MappingOptions& options, const Pr
   RunBuildingStage(std::move(rays), MakeViewCameras(united), of_building,
                    progress.Part(kRaysCollected, 1), &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
+  std::vector<MapLine> marks = united.map.marks;  // each map has weighed its own by patterns
+  united.map.patterns = FindPatterns(&marks);
   progress.ReportOrStop(1);
   united.map.plan.reset();  // of the first map's walls alone
   united.map.control.reset();

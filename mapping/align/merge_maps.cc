@@ -10,7 +10,6 @@
 #include "mapping/align/line_union.h"
 #include "mapping/align/map_changes.h"
 #include "mapping/align/surface_union.h"
-#include "mapping/lines/patterns.h"
 #include "mapping/map/part_files.h"
 #include "mapping/surfaces/bounded_plane.h"
 #include "mapping/surfaces/junctions.h"
@@ -193,7 +192,6 @@ void SetLines(LinesOfMap united, MapResult* map) {
     (line.kind == LineKind::kMark ? map->marks : map->lines).push_back(line);
   }
   map->line_evidence = std::move(united.evidence);
-  map->patterns = FindPatterns(&map->marks);  // edges were weighed in each of the maps
 }
 
 UnitedPoints TakePoints(MapResult* map) {

@@ -5,185 +5,65 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <set>
 
 #include "data/core/parallel.h"
+#include "data/io/yaml.h"
 #include "mapping/lines/line_merging.h"
-#include "mapping/pipes/outline_pairs.h"
-#include "mapping/pipes/pipe_evidence.h"
-#include "mapping/pipes/pipe_finder.h"
+#include "mapping/pipes/outlines.h"
+#include "mapping/pipes/pipe_likelihood.h"
 
 namespace slcmap::inline mapping {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMaxGap_m = 0.5;  // in a pipe
-constexpr double kOutlineSigmas = 2;
+constexpr double kMostTurn_rad = 0.05;    // between lines that are outlines of one pipe
+constexpr double kLeastOverlap_m = 0.25;  // of two of them
+constexpr double kLeastTouching = 0.75;   // share of the sights of an outline
+constexpr double kMaxGap_m = 0.5;         // in a pipe
+constexpr double kSlack_m = 0.008, kOutlineSigmas = 2;  // of lines on a pipe
+// Of a pipe against what is none, before anything of the two lines is known: of all pairs of
+// parallel lines few are of a pipe.
+constexpr double kPriorLogRatio = -7;
 
-struct JudgedPipe {
-  const PipeCandidate* candidate = nullptr;
-  RayEvidence rays;
-  double surface_off =
-      0;  // in radii; 0 where widths tell it, for which the cloud may be too coarse
+// What some outlines may be of.
+struct Candidate {
+  PipeFit fit;
+  std::vector<size_t> outlines;
+  std::vector<Interval> intervals;  // along the axis, from its point
+  double log_ratio = 0;
 
   // Some of a pipe's outlines, or with those of another, may make a pipe that is askew: of those
-  // that share lines the one that is seen most, and as round as the cloud is.
-  double Weight() const { return rays.both_images * (1 - std::min(1.0, surface_off)); }
+  // that share lines the one that is seen most.
+  double Weight() const { return log_ratio * fit.both_images; }
 };
 
-RaysOfLines CollectRays(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
-  RaysOfLines rays;
-  for (const size_t i : candidate.outlines) rays.push_back(&outlines[i].rays);
-  return rays;
+bool IsAlong(const Outline& outline, const PointAndDirection& axis) {
+  return std::abs(axis.direction_world.dot(outline.line.direction_world)) >=
+         std::cos(kMostTurn_rad);
 }
 
-// The pieces of an outline, along the axis of a pipe.
+// How far from the axis a line is at its ends and in the middle.
+std::array<double, 3> DistancesFromAxis_m(const PointAndDirection& axis, const Outline& outline) {
+  std::array<double, 3> distances_m;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d p =
+        outline.line.point_world + (i - 1) * outline.half_m * outline.line.direction_world;
+    distances_m[i] = (p - axis.point_world).cross(axis.direction_world).norm();
+  }
+  return distances_m;
+}
+
+// The pieces of an outline, along an axis.
 std::vector<Interval> PiecesAlong(const PointAndDirection& axis, const Outline& outline) {
-  const PointAndDirection& line = outline.line;
-  const double sense = line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
-  const double middle_m = axis.direction_world.dot(line.point_world - axis.point_world);
+  const double sense = outline.line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
+  const double middle_m = axis.direction_world.dot(outline.line.point_world - axis.point_world);
   std::vector<Interval> pieces;
   for (const Interval& piece : outline.pieces) {
     const double a_m = middle_m + sense * piece.from_m, b_m = middle_m + sense * piece.to_m;
     pieces.push_back({std::min(a_m, b_m), std::max(a_m, b_m)});
   }
   return pieces;
-}
-
-// How far from the axis a line is at its ends and in the middle.
-std::array<double, 3> DistancesFromAxis_m(const Cylinder& cylinder, const Outline& outline) {
-  std::array<double, 3> distances_m;
-  const double half_m[3] = {-outline.half_m, 0, outline.half_m};
-  for (int i = 0; i < 3; ++i) {
-    const Vector3d p = outline.line.point_world + half_m[i] * outline.line.direction_world;
-    distances_m[i] = (p - cylinder.axis.point_world).cross(cylinder.axis.direction_world).norm();
-  }
-  return distances_m;
-}
-
-bool IsAlong(const Outline& outline, const Cylinder& cylinder, const PipeOptions& options) {
-  return std::abs(cylinder.axis.direction_world.dot(outline.line.direction_world)) >=
-         std::cos(options.max_turn_rad);
-}
-
-// Whether nearly all images of a pipe show an edge along nearly all of it that stays between its
-// outlines.
-bool HasRidge(const PipeCandidate& candidate, int images, const std::vector<Outline>& outlines,
-              const PipeOptions& options) {
-  constexpr double kMostAside = 0.5, kMostAway = 1.3, kLeastShare = 0.75;
-  const Cylinder& cylinder = candidate.fit.cylinder;
-  const double least_m = kLeastShare * (candidate.to_m - candidate.from_m);
-  const auto is_ridge = [&](const Outline& line) {
-    if (!IsAlong(line, cylinder, options) ||
-        std::ranges::max(DistancesFromAxis_m(cylinder, line)) > kMostAway * cylinder.radius_m) {
-      return false;
-    }
-    double beside_m = 0;
-    for (const Interval& piece : PiecesAlong(cylinder.axis, line)) {
-      beside_m += std::max(
-          0.0, std::min(piece.to_m, candidate.to_m) - std::max(piece.from_m, candidate.from_m));
-    }
-    std::set<int> shown;
-    for (const TangentRay& ray : line.rays) {
-      const double aside_m = std::abs(SignedDistance(cylinder.axis, ray));
-      if (aside_m < kMostAside * cylinder.radius_m) shown.insert(ray.image);
-    }
-    return beside_m >= least_m && static_cast<double>(shown.size()) >= kLeastShare * images;
-  };
-  const int segment = outlines[candidate.outlines.front()].segment;
-  for (size_t i = 0; i < outlines.size(); ++i) {
-    const bool is_its_own = std::ranges::find(candidate.outlines, i) != candidate.outlines.end();
-    if (!is_its_own && outlines[i].segment == segment && is_ridge(outlines[i])) return true;
-  }
-  return false;
-}
-
-// What is known of a candidate.
-struct Evidence {
-  RayEvidence rays;
-  SurfaceEvidence surface;
-  WidthEvidence widths;
-};
-
-// By candidate, without the widths; nothing of those that hardly an image shows both sides of.
-std::vector<std::optional<Evidence>> CollectEvidence(const std::vector<PipeCandidate>& candidates,
-                                                     const std::vector<Outline>& outlines,
-                                                     const MapResult& map,
-                                                     const PipeOptions& options,
-                                                     const Progress& progress) {
-  const CloudAboutPipes cloud(map.dense);
-  std::vector<std::optional<Evidence>> all(candidates.size());
-  ForEachWatched(candidates.size(), progress, [&](size_t i) {
-    const PipeCandidate& candidate = candidates[i];
-    const Cylinder& cylinder = candidate.fit.cylinder;
-    const RaysOfLines lines = CollectRays(candidate, outlines);
-    Evidence evidence{CollectRayEvidence(cylinder, lines), {}, {}};
-    if (!ShowsBothSides(evidence.rays)) return;
-    // Thin ones are told by their widths alone.
-    if (cylinder.radius_m >= std::min(kLeastRadiusOfCloud_m, options.min_outlined_radius_m)) {
-      evidence.rays.has_ridge = HasRidge(candidate, evidence.rays.images, outlines, options);
-      evidence.surface = cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines);
-    }
-    all[i] = evidence;
-  });
-  return all;
-}
-
-// Adds how wide images show what may be a pipe.
-void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages& images,
-                  const std::vector<Outline>& outlines, const PipeOptions& options,
-                  const Progress& progress, std::vector<std::optional<Evidence>>* evidence) {
-  std::vector<size_t> looked_at;
-  std::vector<PipePlace> places;
-  for (size_t i = 0; i < candidates.size(); ++i) {
-    const PipeCandidate& candidate = candidates[i];
-    const Interval interval{candidate.from_m, candidate.to_m};
-    if (!(*evidence)[i] || interval.length_m() < options.min_length_m ||
-        IsFlat(candidate.fit.cylinder, (*evidence)[i]->surface)) {
-      continue;
-    }
-    looked_at.push_back(i);
-    places.push_back(
-        {candidate.fit.cylinder, interval, outlines[candidate.outlines.front()].segment});
-  }
-  const auto widths = MeasureWidths(places, images, options.pose_sigma_m, progress);
-  for (size_t k = 0; k < looked_at.size(); ++k) (*evidence)[looked_at[k]]->widths = widths[k];
-}
-
-// Those that are pipes by what images and cloud show, those of most weight first.
-std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
-                              const std::vector<std::optional<Evidence>>& all,
-                              const PipeOptions& options) {
-  std::vector<JudgedPipe> judged;
-  for (size_t i = 0; i < candidates.size(); ++i) {
-    if (!all[i]) continue;
-    const auto& [rays, surface, widths] = *all[i];
-    const Cylinder& cylinder = candidates[i].fit.cylinder;
-    if (HasPipeWidth(cylinder, widths, surface)) {
-      judged.push_back({&candidates[i], rays, 0});
-    } else if (IsPipe(cylinder, rays, surface, options)) {
-      judged.push_back({&candidates[i], rays, surface.off});
-    }
-  }
-  std::ranges::stable_sort(judged, [](const JudgedPipe& a, const JudgedPipe& b) {
-    if (a.Weight() != b.Weight()) return a.Weight() > b.Weight();
-    return a.rays.round.squared < b.rays.round.squared;
-  });
-  return judged;
-}
-
-// Whether a line is an outline of a pipe that other views show: on its surface as far as it goes,
-// and touched by the rays to it, which those to an edge of the wall behind do not.
-bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
-                      const PipeOptions& options) {
-  constexpr double kSlack_m = 0.008, kShare = 0.08;
-  if (!IsAlong(outline, cylinder, options)) return false;
-  const double most_m = kSlack_m + kShare * cylinder.radius_m + kOutlineSigmas * outline.sigma_m;
-  for (const double distance_m : DistancesFromAxis_m(cylinder, outline)) {
-    if (std::abs(distance_m - cylinder.radius_m) > most_m) return false;
-  }
-  return TouchingShare(cylinder, outline, options) >= options.min_touching;
 }
 
 bool IsBeside(const std::vector<Interval>& pieces, const std::vector<Interval>& intervals) {
@@ -194,92 +74,165 @@ bool IsBeside(const std::vector<Interval>& pieces, const std::vector<Interval>& 
   });
 }
 
-// Where a pipe is, along its axis, and the lines that say so.
-struct PipeExtent {
-  std::vector<Interval> intervals;
-  std::vector<size_t> outlines;
+// Whether a line may be on the surface of a pipe: an outline that some views show, a seam, a glint.
+bool IsOnSurface(const Outline& outline, const Cylinder& cylinder) {
+  return IsAlong(outline, cylinder.axis) &&
+         std::ranges::max(DistancesFromAxis_m(cylinder.axis, outline)) <=
+             cylinder.radius_m + kSlack_m + kOutlineSigmas * outline.sigma_m;
+}
+
+// The middle between two lines where they are side by side, with their direction; nothing where
+// they are not parallel, or nowhere side by side.
+std::optional<PointAndDirection> Between(const Outline& a, const Outline& b) {
+  if (!IsAlong(a, b.line) || a.segment != b.segment) return std::nullopt;
+  const double sense = a.line.direction_world.dot(b.line.direction_world) < 0 ? -1 : 1;
+  const Vector3d direction =
+      (a.half_m * a.line.direction_world + sense * b.half_m * b.line.direction_world).normalized();
+  const double along_m = direction.dot(b.line.point_world - a.line.point_world);
+  const double from_m = std::max(-a.half_m, along_m - b.half_m);
+  const double to_m = std::min(a.half_m, along_m + b.half_m);
+  if (to_m - from_m < kLeastOverlap_m) return std::nullopt;
+  const double middle_m = 0.5 * (from_m + to_m);
+  const Vector3d on_a = a.line.point_world + middle_m * a.line.direction_world;
+  const Vector3d on_b = b.line.point_world + (middle_m - along_m) * sense * b.line.direction_world;
+  return PointAndDirection{0.5 * (on_a + on_b), direction};
+}
+
+class PipeFinder {
+ public:
+  PipeFinder(const std::vector<Outline>& outlines, const IndexedCloud& cloud,
+             const PipeOptions& options)
+      : outlines_(outlines), cloud_(cloud), options_(options) {}
+
+  // What two lines may be outlines of, with the others that touch it; nothing where something else
+  // is likelier.
+  std::optional<Candidate> Try(size_t a, size_t b) const {
+    const auto middle = Between(outlines_[a], outlines_[b]);
+    if (!middle) return std::nullopt;
+    const double apart_m = 2 * DistancesFromAxis_m(*middle, outlines_[a])[1];
+    if (apart_m < options_.min_radius_m || apart_m > 2.2 * options_.max_radius_m) {
+      return std::nullopt;
+    }
+    std::optional<Candidate> candidate = Fit(*middle, {a, b});
+    if (!candidate) return std::nullopt;
+    std::vector<size_t> all = candidate->outlines;
+    for (size_t i = 0; i < outlines_.size(); ++i) {
+      if (i != a && i != b && IsFurther(outlines_[i], *candidate)) all.push_back(i);
+    }
+    if (all.size() > 2) {
+      if (auto grown = Fit(candidate->fit.cylinder.axis, all)) candidate = std::move(grown);
+    }
+    const Interval whole{candidate->intervals.front().from_m, candidate->intervals.back().to_m};
+    candidate->log_ratio =
+        kPriorLogRatio +
+        ComputePipeLogRatio(candidate->fit.cylinder, whole, Collect(candidate->outlines), cloud_);
+    if (candidate->log_ratio <= 0) return std::nullopt;
+    return candidate;
+  }
+
+  // Follows a pipe along lines on its surface that no other has. The lines that it explains.
+  std::vector<size_t> Follow(const std::vector<char>& explained, Candidate* pipe) const {
+    std::vector<size_t> left, taken = pipe->outlines;
+    for (size_t i = 0; i < outlines_.size(); ++i) {
+      if (!explained[i] && outlines_[i].segment == outlines_[taken.front()].segment &&
+          IsOnSurface(outlines_[i], pipe->fit.cylinder)) {
+        left.push_back(i);
+      }
+    }
+    const PointAndDirection& axis = pipe->fit.cylinder.axis;
+    for (bool goes_on = true; goes_on;) {
+      goes_on = std::erase_if(left, [&](size_t i) {
+                  const std::vector<Interval> pieces = PiecesAlong(axis, outlines_[i]);
+                  if (!IsBeside(pieces, pipe->intervals)) return false;
+                  taken.push_back(i);
+                  if (TouchingShare(pipe->fit.cylinder, outlines_[i]) < kLeastTouching) return true;
+                  pipe->intervals.insert(pipe->intervals.end(), pieces.begin(), pieces.end());
+                  return true;
+                }) > 0;
+      pipe->intervals = Union(std::move(pipe->intervals), kMaxGap_m);
+    }
+    return taken;
+  }
+
+ private:
+  std::vector<const Outline*> Collect(const std::vector<size_t>& some) const {
+    std::vector<const Outline*> outlines;
+    for (const size_t i : some) outlines.push_back(&outlines_[i]);
+    return outlines;
+  }
+
+  std::optional<Candidate> Fit(const PointAndDirection& axis,
+                               const std::vector<size_t>& outlines) const {
+    const auto fit = FitPipe(axis, Collect(outlines));
+    if (!fit || fit->cylinder.radius_m < options_.min_radius_m ||
+        fit->cylinder.radius_m > options_.max_radius_m) {
+      return std::nullopt;
+    }
+    Candidate candidate{*fit, outlines, {}, 0};
+    for (const size_t i : outlines) {
+      if (TouchingShare(fit->cylinder, outlines_[i]) < kLeastTouching) return std::nullopt;
+      for (const Interval& piece : PiecesAlong(fit->cylinder.axis, outlines_[i])) {
+        candidate.intervals.push_back(piece);
+      }
+    }
+    candidate.intervals = Union(std::move(candidate.intervals), kMaxGap_m);
+    const auto is_long = [&](const Interval& own) {
+      return own.length_m() >= options_.min_length_m;
+    };
+    if (std::ranges::none_of(candidate.intervals, is_long)) return std::nullopt;
+    return candidate;
+  }
+
+  // A line that views on both sides of it have for one is somewhat outside.
+  bool IsFurther(const Outline& outline, const Candidate& candidate) const {
+    const Cylinder& cylinder = candidate.fit.cylinder;
+    if (!IsAlong(outline, cylinder.axis) ||
+        outline.segment != outlines_[candidate.outlines.front()].segment) {
+      return false;
+    }
+    const double off_m =
+        std::abs(DistancesFromAxis_m(cylinder.axis, outline)[1] - cylinder.radius_m);
+    return off_m <= 0.5 * cylinder.radius_m + kSlack_m + kOutlineSigmas * outline.sigma_m &&
+           IsBeside(PiecesAlong(cylinder.axis, outline), candidate.intervals) &&
+           TouchingShare(cylinder, outline) >= kLeastTouching;
+  }
+
+  const std::vector<Outline>& outlines_;
+  const IndexedCloud& cloud_;
+  const PipeOptions& options_;
 };
 
-// The outlines of a candidate, but for short gaps, where they are long enough; and what else of
-// them, and of further outlines that no other pipe has, begins there and goes on.
-PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outline>& outlines,
-                         const std::vector<char>& explained, const PipeOptions& options) {
-  const Cylinder& cylinder = candidate.fit.cylinder;
-  const int segment = outlines[candidate.outlines.front()].segment;
-  PipeExtent extent{{}, candidate.outlines};
-  std::vector<std::pair<size_t, std::vector<Interval>>> others;
-  for (const size_t i : candidate.outlines) {
-    for (const Interval& piece : PiecesAlong(cylinder.axis, outlines[i])) {
-      extent.intervals.push_back(piece);
-      others.push_back({i, {piece}});
-    }
+// Of all pairs of lines, those of most weight first; none once progress says so.
+std::vector<Candidate> CollectCandidates(const PipeFinder& finder, size_t outlines,
+                                         const Progress& progress) {
+  std::vector<std::vector<Candidate>> found(outlines);
+  if (!ForEachWatched(outlines, progress, [&](size_t a) {
+        for (size_t b = a + 1; b < outlines; ++b) {
+          if (auto candidate = finder.Try(a, b)) found[a].push_back(std::move(*candidate));
+        }
+      })) {
+    return {};
   }
-  extent.intervals = Union(std::move(extent.intervals), kMaxGap_m);
-  std::erase_if(extent.intervals,
-                [&](const Interval& own) { return own.length_m() < options.min_length_m; });
-  for (size_t i = 0; i < outlines.size(); ++i) {
-    if (!explained[i] && outlines[i].segment == segment &&
-        IsFurtherOutline(outlines[i], cylinder, options)) {
-      others.push_back({i, PiecesAlong(cylinder.axis, outlines[i])});
-    }
-  }
-  for (bool goes_on = true; goes_on;) {
-    goes_on =
-        std::erase_if(others, [&](const auto& other) {
-          if (!IsBeside(other.second, extent.intervals)) return false;
-          extent.intervals.insert(extent.intervals.end(), other.second.begin(), other.second.end());
-          extent.outlines.push_back(other.first);
-          return true;
-        }) > 0;
-    extent.intervals = Union(std::move(extent.intervals), kMaxGap_m);
-  }
-  return extent;
+  std::vector<Candidate> candidates;
+  for (auto& of_first : found) std::ranges::move(of_first, std::back_inserter(candidates));
+  std::ranges::stable_sort(candidates, std::greater(), &Candidate::Weight);
+  return candidates;
 }
 
-// The outline that says most of which axis of the building a pipe follows.
-const Outline& FindLongest(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
-  return outlines[*std::ranges::max_element(candidate.outlines, {},
-                                            [&](size_t i) { return outlines[i].half_m; })];
-}
-
-void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& intervals,
-                 const std::vector<Outline>& outlines, double min_length_m,
-                 std::vector<MapPipe>* pipes) {
-  const PipeFit& fit = judged.candidate->fit;
-  const Outline& longest = FindLongest(*judged.candidate, outlines);
-  MapPipe pipe;
-  pipe.segment = longest.segment;
-  pipe.axis = longest.axis;
-  pipe.world = longest.world;
-  pipe.radius_m = fit.cylinder.radius_m;
-  pipe.sigma_m = fit.sigma_m();
-  pipe.radius_sigma_m = fit.radius_sigma_m();
-  pipe.images = judged.rays.images;
-  const PointAndDirection& axis = fit.cylinder.axis;
-  for (const Interval& interval : intervals) {
+void AddMapPipes(const Candidate& candidate, const std::vector<Outline>& outlines,
+                 double min_length_m, std::vector<MapPipe>* pipes) {
+  // The outline that says most of which axis of the building it follows.
+  const Outline& longest = outlines[*std::ranges::max_element(
+      candidate.outlines, {}, [&](size_t i) { return outlines[i].half_m; })];
+  const PointAndDirection& axis = candidate.fit.cylinder.axis;
+  for (const Interval& interval : candidate.intervals) {
     if (interval.length_m() < min_length_m) continue;
-    pipe.id = static_cast<int64_t>(pipes->size());
-    pipe.start_world = axis.point_world + interval.from_m * axis.direction_world;
-    pipe.end_world = axis.point_world + interval.to_m * axis.direction_world;
-    pipes->push_back(pipe);
+    pipes->push_back({std::ssize(*pipes), longest.segment, longest.axis, longest.world,
+                      axis.point_world + interval.from_m * axis.direction_world,
+                      axis.point_world + interval.to_m * axis.direction_world,
+                      candidate.fit.cylinder.radius_m, candidate.fit.sigma_m(),
+                      candidate.fit.radius_sigma_m(), candidate.fit.images});
   }
-}
-
-// Whether a line lies on a pipe, along it: a seam, a glint, or an outline that few images show.
-bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
-              const std::vector<Interval>& intervals, const PipeOptions& options) {
-  constexpr double kSlack_m = 0.005, kBeyond_m = 0.1;
-  if (!IsAlong(outline, cylinder, options)) return false;
-  const double most_m = cylinder.radius_m + kSlack_m + kOutlineSigmas * outline.sigma_m;
-  if (std::ranges::max(DistancesFromAxis_m(cylinder, outline)) > most_m) return false;
-  const auto is_on = [&](double along_m) {
-    const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
-    const double at_m = cylinder.axis.direction_world.dot(p - cylinder.axis.point_world);
-    return std::ranges::any_of(intervals, [&](const Interval& interval) {
-      return at_m >= interval.from_m - kBeyond_m && at_m <= interval.to_m + kBeyond_m;
-    });
-  };
-  return is_on(-outline.half_m) && is_on(0) && is_on(outline.half_m);
 }
 
 // The pieces of lines that stay have the numbers that they had, as lines leave whole.
@@ -289,36 +242,35 @@ void Leave(const std::vector<int64_t>& ids, ComputeId id_of, Items* items) {
                 [&](const auto& item) { return std::ranges::binary_search(ids, item.*id_of); });
 }
 
+constexpr OptionTable kTable{Option{"find", &PipeOptions::find, false, true},
+                             Option{"min_radius_m", &PipeOptions::min_radius_m, 0.005, 10.0},
+                             Option{"max_radius_m", &PipeOptions::max_radius_m, 0.005, 10.0},
+                             Option{"min_length_m", &PipeOptions::min_length_m, 0.1, 100.0}};
+
 }  // namespace
 
-FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const PipeImages* images,
-                     const Progress& progress) {
-  constexpr double kCandidates = 0.25, kEvidence = 0.5;  // of the time
-  const std::vector<Outline> outlines = CollectOutlines(map, options);
-  const std::vector<PipeCandidate> candidates =
-      PipeCandidates(outlines, options, progress.Part(0, kCandidates));
-  std::vector<std::optional<Evidence>> evidence =
-      CollectEvidence(candidates, outlines, map, options, progress.Part(kCandidates, kEvidence));
-  if (images != nullptr) {
-    LookAtWidths(candidates, *images, outlines, options, progress.Part(kEvidence, 1), &evidence);
+void PipeOptions::Check() const {
+  kTable.Check("mapping.pipes", *this);
+  if (max_radius_m < min_radius_m) {
+    throw ConfigError("mapping.pipes.max_radius_m: expected at least min_radius_m");
   }
-  if (!progress.Report(1)) return {};
+}
+
+void PipeOptions::Read(YamlSection section) { kTable.Read(section, this); }
+
+FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const Progress& progress) {
+  const std::vector<Outline> outlines = CollectOutlines(map);
+  const PointTree index(map.dense);
+  const IndexedCloud cloud{map.dense, index};
+  const PipeFinder finder(outlines, cloud, options);
   std::vector<char> explained(outlines.size(), 0);
   FoundPipes found;
-  for (const JudgedPipe& judged : Judge(candidates, evidence, options)) {
-    const PipeCandidate& candidate = *judged.candidate;
+  for (Candidate& pipe : CollectCandidates(finder, outlines.size(), progress)) {
     const auto is_explained = [&](size_t i) { return explained[i] != 0; };
-    if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
-    const PipeExtent extent = MeasureExtent(candidate, outlines, explained, options);
-    const size_t before = found.pipes.size();
-    AddMapPipes(judged, extent.intervals, outlines, options.min_length_m, &found.pipes);
-    if (found.pipes.size() == before) continue;
-    const int segment = outlines[candidate.outlines.front()].segment;
-    for (const size_t i : extent.outlines) explained[i] = 1;
-    for (size_t i = 0; i < outlines.size(); ++i) {
-      explained[i] |= outlines[i].segment == segment &&
-                      IsOnPipe(outlines[i], candidate.fit.cylinder, extent.intervals, options);
-    }
+    if (std::ranges::any_of(pipe.outlines, is_explained)) continue;
+    const std::vector<size_t> taken = finder.Follow(explained, &pipe);
+    AddMapPipes(pipe, outlines, options.min_length_m, &found.pipes);
+    for (const size_t i : taken) explained[i] = 1;
   }
   for (size_t i = 0; i < outlines.size(); ++i) {
     if (explained[i]) found.line_ids.push_back(outlines[i].line_id);
@@ -327,10 +279,9 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const Pip
   return found;
 }
 
-void AddPipes(const PipeOptions& options, const PipeImages* images, const Progress& progress,
-              MapResult* map) {
+void AddPipes(const PipeOptions& options, const Progress& progress, MapResult* map) {
   if (!options.find) return;
-  FoundPipes found = FindPipes(*map, options, images, progress);
+  FoundPipes found = FindPipes(*map, options, progress);
   map->pipes = std::move(found.pipes);
   Leave(found.line_ids, &MapLine::id, &map->lines);
   Leave(found.line_ids, &MapLine::id, &map->marks);

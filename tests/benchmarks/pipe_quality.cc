@@ -1,9 +1,7 @@
 // Finds the pipes of a map anew, among the lines that it has, and compares them with the true ones:
 // within seconds, where mapping again takes minutes.
 //
-//   pipe_quality MAP SEQ RUN    a map made with `mapping: {pipes: {find: false}}`, its sequence,
-//   and
-//                               its run, whose images are looked at again
+//   pipe_quality MAP SEQ    a map made with `mapping: {pipes: {find: false}}`, and its sequence
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -13,13 +11,8 @@
 #include "apps/evaluation/report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
-#include "mapping/adjustment/adjustment.h"
 #include "mapping/map/map_folder.h"
-#include "mapping/map/refinement.h"
-#include "mapping/options.h"
 #include "mapping/pipes/pipes.h"
-#include "mapping/views/recorded_views.h"
-#include "odometry/run/run_folder.h"
 
 namespace slcmap {
 namespace {
@@ -31,20 +24,12 @@ void Print(const MapPipe& pipe, bool is_true) {
               pipe.images);
 }
 
-void Measure(const std::string& folder, const std::string& sequence,
-             const std::string& run_folder) {
+void Measure(const std::string& folder, const std::string& sequence) {
   const MapResult map = ReadMapFolder(folder);
-  const MappingOptions options;
-  const OdometryRun online = ReadRunFolder(run_folder);
-  OdometryRun run = AdjustRun(online, options.adjustment, KeyframeImages(online, {}).get()).run;
-  TurnAlongBuilding(&run);
-  const RecordedViews recorded = ViewsOfRun(run, {});
-  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
-  const PipeImages images{chosen.views, *chosen.images};
   const TrajectoryMetrics trajectory =
       EvaluateTrajectory(ReadTrajectory(sequence + "/truth/trajectory.tum"), map.trajectory, {});
   const auto start = std::chrono::steady_clock::now();
-  const FoundPipes found = FindPipes(map, options.pipes, &images);
+  const FoundPipes found = FindPipes(map, PipeOptions());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   const ComparedFiles inputs{sequence + "/truth/pipes.csv", folder};
   const std::vector<TruePipe> truth = ReadTruePipes(inputs.truth);
@@ -60,12 +45,12 @@ void Measure(const std::string& folder, const std::string& sequence,
 }  // namespace slcmap
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    std::cerr << "usage: pipe_quality MAP SEQ RUN\n";
+  if (argc != 3) {
+    std::cerr << "usage: pipe_quality MAP SEQ\n";
     return 2;
   }
   try {
-    slcmap::Measure(argv[1], argv[2], argv[3]);
+    slcmap::Measure(argv[1], argv[2]);
   } catch (const slcmap::Error& error) {
     std::cerr << error.what() << "\n";
     return 1;

@@ -231,6 +231,30 @@ TEST(MergeMaps, FilledPointsAreNotTakenOver) {
   for (std::size_t i = 0; i < CountDense(map); ++i) ASSERT_LT(DenseAt(map, i).p_world.z(), 30);
 }
 
+// What a pattern says of its marks is in their probabilities already.
+TEST(MergeMaps, PatternsOfBothAreFoundOnceAndWeighNothingAgain) {
+  constexpr double kProbability = 0.2;
+  constexpr int kJoints = 20;
+  MapResult first = West();
+  for (int course = 0; course < kJoints; ++course) {
+    MapLine joint;
+    joint.id = 1000 + course;
+    joint.axis = LineAxis::kX;
+    joint.world = 0;
+    joint.start_world = {1, 0, 0.4 + 0.075 * course};
+    joint.end_world = {3, 0, 0.4 + 0.075 * course};
+    joint.observations = 5;
+    joint.edge_probability = kProbability;
+    first.marks.push_back(joint);
+  }
+  const MapResult map = Merge(std::move(first), East()).map;
+  ASSERT_THAT(map.patterns, SizeIs(1));
+  EXPECT_NEAR(map.patterns[0].spacing_m, 0.075, 0.001);
+  EXPECT_THAT(map.patterns[0].line_ids, SizeIs(kJoints));
+  ASSERT_THAT(map.marks, SizeIs(kJoints));
+  for (const MapLine& mark : map.marks) EXPECT_NEAR(mark.edge_probability, kProbability, 1e-9);
+}
+
 // Of the building of both: where walls meet the ceiling no line is known, in neither map.
 TEST(MergeMaps, JunctionsAreMadeAnew) {
   MapResult first = West(), second = East();

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "mapping/pipes/pipe_evidence.h"
 #include "tests/mapping/pipes/scene_of_views.h"
 
 namespace slcmap {
@@ -162,61 +161,6 @@ TEST(Pipes, EdgesThatOneSeesBetweenAreNone) {
   EXPECT_TRUE(FindPipes(scene.map(), {}).pipes.empty());
 }
 
-Cylinder WithRadius(double radius_m) {
-  Cylinder cylinder;
-  cylinder.radius_m = radius_m;
-  return cylinder;
-}
-
-// A long pipe some way before a wall, whose cloud is torn to the wall.
-TEST(Pipes, AThinOneThatStandsFreeIsOne) {
-  RayEvidence rays;
-  rays.round = {100, 0.5}, rays.own = {90, 0.45}, rays.straight = {95, 0.48}, rays.told = {1, 0.02};
-  rays.images = 80, rays.both_images = 75;
-  const SurfaceEvidence surface{300, 0.3, 0.9, 0.6, -1.2};
-  EXPECT_TRUE(IsPipe(WithRadius(0.06), rays, surface, {}));
-  SurfaceEvidence other = surface;
-  other.beside = -0.5;
-  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, other, {})) << "the wall goes on beside it";
-  other = surface;
-  other.height = 0, other.highest = 0.2;
-  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, other, {})) << "a flat strip";
-  rays.both_images = 40;
-  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, surface, {})) << "two edges";
-}
-
-// What views from one side show of a pipe with a wall behind it, partly torn to that.
-TEST(Pipes, OneThatBulgesFromWhatIsBehindIsOne) {
-  RayEvidence rays;
-  rays.round = {278, 0.75}, rays.own = {134, 0.42}, rays.straight = {277, 0.75};
-  rays.told = {5, 0.08};
-  rays.images = 82, rays.both_images = 60, rays.outlines = 160;
-  const SurfaceEvidence surface{315, 0.7, 0.9, 0.25, -2, 5};
-  EXPECT_TRUE(IsPipe(WithRadius(0.12), rays, surface, {}));
-  const auto with = [&](auto member, double value) {
-    SurfaceEvidence other = surface;
-    other.*member = value;
-    return IsPipe(WithRadius(0.12), rays, other, {});
-  };
-  EXPECT_FALSE(with(&SurfaceEvidence::length_m, 1)) << "too short to say";
-  EXPECT_FALSE(with(&SurfaceEvidence::beside, -0.2)) << "the wall goes on beside it";
-  EXPECT_FALSE(with(&SurfaceEvidence::height, 0.1)) << "flat";
-  EXPECT_FALSE(with(&SurfaceEvidence::off, 0.6)) << "not as high as a pipe";
-  rays.both_images = 40;
-  EXPECT_FALSE(IsPipe(WithRadius(0.12), rays, surface, {})) << "two edges";
-}
-
-TEST(Pipes, ALongOneMayHaveManyLinesInEachImage) {
-  RayEvidence rays;
-  rays.round = {1000, 0.6}, rays.own = {700, 0.5}, rays.straight = {950, 0.6};
-  rays.told = {10, 0.05};
-  rays.images = 100, rays.both_images = 90;
-  const SurfaceEvidence round{500, 0.9, 1, 0.05, 0};
-  EXPECT_TRUE(IsPipe(WithRadius(0.15), rays, round, {}));
-  rays.own.squared = 300;
-  EXPECT_FALSE(IsPipe(WithRadius(0.15), rays, round, {})) << "its lines fit edges by far better";
-}
-
 // Where other views show other outlines of it, a pipe goes on.
 TEST(Pipes, GoOnAsFarAsLinesOnTheirSurfaceDo) {
   SceneOfViews scene = PipeOf(0.06, 1.4);
@@ -253,7 +197,7 @@ TEST(Pipes, WhatTheyExplainLeavesTheLines) {
   AddEdges(
       {{0.06, 0}, {0.2, 0.3}}, [](const Vector2d&, int) { return true; }, &scene);
   MapResult& map = scene.map();
-  AddPipes({}, nullptr, {}, &map);
+  AddPipes({}, {}, &map);
   ASSERT_EQ(map.pipes.size(), 1u);
   ASSERT_EQ(map.lines.size(), 1u);
   EXPECT_EQ(map.lines[0].id, 3);
@@ -266,7 +210,7 @@ TEST(Pipes, AreNotLookedForWhereThatIsOff) {
   SceneOfViews scene = PipeOf(0.06, 1.4);
   PipeOptions options;
   options.find = false;
-  AddPipes(options, nullptr, {}, &scene.map());
+  AddPipes(options, {}, &scene.map());
   EXPECT_TRUE(scene.map().pipes.empty());
   EXPECT_EQ(scene.map().lines.size(), 2u);
 }
