@@ -184,10 +184,17 @@ class BagRig {
     if (pose) {
       TakeImuPose(*pose, frames, imu, left);
     } else {
-      Found(fmt::format("no tf from '{}' to '{}'", left, imu));
+      Found(WhyNoPose(left, imu));
     }
     if (cameras_.size() > 1) TakeRightFrame(frames, left, OpticalFrame(frames, cameras_[1].frame));
     warnings_->Merge(frames.warnings());
+  }
+
+  std::string WhyNoPose(const std::string& left, const std::string& imu) const {
+    if (topics_.gyro.empty()) return "no topic of an IMU";
+    if (left.empty()) return "no frame_id in " + topics_.left;
+    if (imu.empty()) return "no frame_id in " + topics_.gyro;
+    return fmt::format("no tf from '{}' to '{}'", left, imu);
   }
 
   void TakeImuPose(const RigidTransform& pose, const FrameTree& frames, const std::string& imu,

@@ -34,7 +34,12 @@ std::string ListTopics(const Bag& bag) {
   return others == 0 ? text : fmt::format("{}, and {} of other kinds", text, others);
 }
 
-[[noreturn]] void FailChoice(const Bag& bag, const std::string& what) {
+constexpr const char* kSayTopics =
+    "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
+    "camera, gyro=/d,accel=/e for two topics of an IMU";
+
+[[noreturn]] void FailChoice(const Bag& bag, const std::string& what,
+                             const std::string& remedy = kSayTopics) {
   const bool is_cut_off = bag.warnings().Count(kBagCutOff) > 0;
   throw InputFault(
       "bag_topics",
@@ -42,8 +47,7 @@ std::string ListTopics(const Bag& bag) {
                   is_cut_off ? ", and that the bag is cut off" : "", ListTopics(bag)),
       std::string(is_cut_off ? "copy the bag again from where it was recorded; where it is whole, "
                              : "") +
-          "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for "
-          "one camera, gyro=/d,accel=/e for two topics of an IMU");
+          remedy);
 }
 
 using IsOfType = bool (*)(const BagTopic&);
@@ -211,6 +215,11 @@ std::string ChooseImu(const Bag& bag, bool needs_imu, RecordingTopics* topics) {
   }
   if (gyros.size() != 1 || accels.size() != 1 || found.size() != 2) {
     if (!needs_imu) return "";
+    if (found.empty()) {
+      FailChoice(bag, "no topic of an IMU",
+                 "record the IMU's topic (sensor_msgs Imu) with the images, or map with poses by "
+                 "another program: slcmap map --poses");
+    }
     FailChoice(bag, fmt::format("{} topics of an IMU", found.size()));
   }
   topics->gyro = gyros.front();

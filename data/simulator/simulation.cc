@@ -210,6 +210,9 @@ void Resize(const cv::Size& size_px, Camera* camera) {
 Rig ReadKnownRig(const SimulationOptions& options) {
   Rig rig = ReadSimulatedRig(options.rig);
   if (options.profile == nullptr) return rig;
+  if (!HasTwoCameras(rig)) {
+    throw ConfigError("--as: found the rig " + options.rig + " of one camera, expected one of two");
+  }
   const RigProfile& profile = *options.profile;
   if (!profile.resolutions_px.empty()) {
     for (Camera& camera : rig.cameras) Resize(profile.resolutions_px.front(), &camera);
@@ -380,7 +383,7 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   Misread(rig.imu_correction, &imu.samples);
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 
-  const SequenceWriter writer(options.folder);
+  const SequenceWriter writer(options.folder, task.cameras());
   try {
     WriteSensors(writer, options, task, started, imu, stage("truth"));
   } catch (const StoppedError&) {
@@ -394,7 +397,9 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   const auto make = [&](int frame) {
     const RenderedPair pair = renderer->Render(frame, options.with_depth);
     writer.WriteImage(0, stamps_ns[frame], pair.left);
-    writer.WriteImage(1, stamps_ns[frame] + right_offset_ns, pair.right);
+    if (HasTwoCameras(rig)) {
+      writer.WriteImage(1, stamps_ns[frame] + right_offset_ns, pair.right);
+    }
     if (!options.with_depth) return;
     writer.WriteDepth(stamps_ns[frame], pair.depth_m);
     nearest_m[frame] = NearestDepth(pair.depth_m);

@@ -332,8 +332,13 @@ class BagTables : public RecordingTables {
     return rows;
   }
 
-  TableRows<ImuRow> ReadImu(Warnings*) const override {
+  // Throws what says which topics are there, where none is an IMU's.
+  void RequireImu() const {
     if (listing_->topics.gyro.empty()) ChooseTopics(listing_->store->bag(), listing_->topics);
+  }
+
+  TableRows<ImuRow> ReadImu(Warnings*) const override {
+    RequireImu();
     const std::string name = NameTable("imu0");
     TableRows<ImuRow> rows{name, TableText(name, "samples"), listing_->imu};
     for (const ImuRow& row : listing_->imu) rows.numbers.push_back(row.number);
@@ -403,7 +408,9 @@ std::string DescribeBag(const std::string& path) {
 
 std::unique_ptr<RecordingTables> OpenBagTables(const std::string& path,
                                                const SequenceOptions& options) {
-  return std::make_unique<BagTables>(path, KnownListing(path, options.topics));
+  auto tables = std::make_unique<BagTables>(path, KnownListing(path, options.topics));
+  if (options.needs_imu) tables->RequireImu();
+  return tables;
 }
 
 }  // namespace slcmap::data

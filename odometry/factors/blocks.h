@@ -144,6 +144,8 @@ inline constexpr BlockKind kImuCalibrationKind{
     kImuCalibrationSize, kImuCalibrationSize, nullptr, false, false, true};
 inline constexpr BlockKind kCameraCalibrationKind{
     kCameraCalibrationSize, kCameraCalibrationSize, nullptr, false, false, true};
+// By how much longer than given the readout of rolling shutters is, in s.
+inline constexpr BlockKind kReadoutKind{1, 1, nullptr, false, false, true};
 inline constexpr BlockKind kHeadingKind{kHeadingSize, kHeadingSize};
 inline constexpr BlockKind kSharedDeviationKind{kSharedDeviationSize, kSharedDeviationSize};
 inline constexpr BlockKind kSlopeKind{kSlopeSize, kSlopeSize};

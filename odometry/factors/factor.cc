@@ -1,6 +1,7 @@
 #include "odometry/factors/factor.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace slcmap::inline odometry {
 namespace {
@@ -84,6 +85,30 @@ void AsGivenResidual::EvaluateAt(const double* const* parameters, double* residu
   if (!jacobians || !jacobians[0]) return;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Map<RowMajor>(jacobians[0], size, size) = weights_.asDiagonal();
+}
+
+namespace {
+
+std::vector<BlockKind> KindsWithReadout(const Factor& residual) {
+  std::vector<BlockKind> kinds{kReadoutKind};
+  for (int k = 0; k < residual.blocks(); ++k) kinds.push_back(residual.kind(k));
+  return kinds;
+}
+
+}  // namespace
+
+ByReadoutResidual::ByReadoutResidual(std::unique_ptr<Factor> residual, const VectorXd& by_readout,
+                                     double at_s)
+    : Factor(residual->rows(), KindsWithReadout(*residual)),
+      residual_(std::move(residual)),
+      by_readout_(by_readout),
+      at_s_(at_s) {}
+
+void ByReadoutResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                   double** jacobians) const {
+  residual_->Linearize(parameters + 1, residuals, jacobians ? jacobians + 1 : nullptr);
+  Map<VectorXd>(residuals, rows()) += (parameters[0][0] - at_s_) * by_readout_;
+  if (jacobians && jacobians[0]) Map<VectorXd>(jacobians[0], rows()) = by_readout_;
 }
 
 ZeroVelocityResidual::ZeroVelocityResidual(double sigma_m_s)

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "odometry/factors/blocks.h"
@@ -81,6 +82,25 @@ class AsGivenResidual final : public Factor {
 
  private:
   Eigen::VectorXd weights_;
+};
+
+// Blocks: the readout, then those of the residual that it is put around, whose linearisation points
+// it keeps. Of a measurement that was brought to its stamp by the readout `at_s` and moves with it:
+// r = residual + by_readout (readout - at_s).
+class ByReadoutResidual final : public Factor {
+ public:
+  // by_readout: 1 / s, a row a residual.
+  ByReadoutResidual(std::unique_ptr<Factor> residual, const Eigen::VectorXd& by_readout,
+                    double at_s);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  std::unique_ptr<Factor> residual_;
+  Eigen::VectorXd by_readout_;
+  double at_s_;
 };
 
 // Block: speed-and-bias. r = v / sigma, three rows.

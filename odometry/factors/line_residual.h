@@ -22,6 +22,18 @@ struct StereoLineMeasurement {
   std::vector<TimedPlace> timed = {};
 
   int rows() const { return right ? 4 : 2; }
+
+  // Where its ends were at the stamp if the readout is longer.
+  StereoLineMeasurement WithReadoutLonger(double by_s) const {
+    StereoLineMeasurement moved = *this;
+    const auto move = [&](size_t first, LineSegment* segment) {
+      segment->start += by_s * timed[first].by_readout_per_s;
+      segment->end += by_s * timed[first + 1].by_readout_per_s;
+    };
+    move(0, &moved.left);
+    if (right) move(2, &*moved.right);
+    return moved;
+  }
 };
 
 // A line of the world in Pluecker coordinates about an anchor, up to scale: for a point p of it,

@@ -52,6 +52,14 @@ struct StereoMeasurement {
   int camera = 0;  // whose `left` is: see PointObservation
   // As it was measured, a place a camera, where what is above was brought to the stamp.
   std::vector<TimedPlace> timed = {};
+
+  // Where it was at the stamp if the readout is longer.
+  StereoMeasurement WithReadoutLonger(double by_s) const {
+    StereoMeasurement moved = *this;
+    moved.left += by_s * timed[0].by_readout_per_s;
+    if (right) *moved.right += by_s * timed[1].by_readout_per_s;
+    return moved;
+  }
 };
 
 // A measurement, and how it moves with a focal length s and a principal point.

@@ -21,9 +21,13 @@ struct TimedPlace {
   Eigen::Vector2d on_plane = Eigen::Vector2d::Zero();
   double after_s = 0;
   double readout_share = 0;
+  // How where it was at the stamp moves with the readout, 1 / s; set where that is estimated.
+  Eigen::Vector2d by_readout_per_s = Eigen::Vector2d::Zero();
 
   TimedPlace WithReadoutLonger(double by_s) const {
-    return {on_plane, after_s + by_s * readout_share, readout_share};
+    TimedPlace longer = *this;
+    longer.after_s += by_s * readout_share;
+    return longer;
   }
 };
 

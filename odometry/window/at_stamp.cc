@@ -33,7 +33,8 @@ class FrameAtStamp {
   FrameAtStamp(const WindowState& window, const CostModel& model, const FrameState& frame)
       : window_(window),
         geometry_(model.geometry),
-        readout_change_s_(model.readout_change_s),
+        readout_change_s_(model.readout ? *model.readout : 0),
+        estimates_readout_(model.readout),
         motion_(GetMotion(frame, *model.calibration)),
         T_world_body_(frame.T_world_imu()) {
     std::vector<double> depths;
@@ -47,8 +48,8 @@ class FrameAtStamp {
     if (point->timed.empty()) return;
     const std::optional<Vector3d> p_body = PointInBody(id);
     const double depth = StereoDepth(*point).value_or(usual_per_m_);
-    point->left = Place(point->timed[0], point->camera, p_body, depth);
-    if (point->right) point->right = Place(point->timed[1], 1, p_body, depth);
+    point->left = Place(&point->timed[0], point->camera, p_body, depth);
+    if (point->right) point->right = Place(&point->timed[1], 1, p_body, depth);
   }
 
   void Bring(int64_t id, StereoLineMeasurement* line) const {
@@ -57,22 +58,12 @@ class FrameAtStamp {
     const auto known = window_.lines.find(id);
     if (known != window_.lines.end() && known->second.estimated) in_world = known->second.InWorld();
     const auto place = [&](size_t seen, size_t end) {
-      const TimedPlace& timed = line->timed[2 * seen + end];
+      TimedPlace* timed = &line->timed[2 * seen + end];
       const int camera = line->camera + static_cast<int>(seen);
-      return Place(timed, camera, OnLine(in_world, timed, camera), usual_per_m_);
+      return Place(timed, camera, OnLine(in_world, *timed, camera), usual_per_m_);
     };
     line->left = {place(0, 0), place(0, 1)};
     if (line->right) line->right = LineSegment{place(1, 0), place(1, 1)};
-  }
-
-  // How the place at the stamp moves with the readout, of a point that is known; else nothing.
-  std::optional<Vector2d> ByReadout(int64_t id, const TimedPlace& timed, int camera) const {
-    constexpr double kStep_s = 1e-4;
-    const std::optional<Vector3d> p_body = PointInBody(id);
-    if (!p_body) return std::nullopt;
-    return (Place(timed.WithReadoutLonger(kStep_s), camera, p_body, 0) -
-            Place(timed.WithReadoutLonger(-kStep_s), camera, p_body, 0)) /
-           (2 * kStep_s);
   }
 
  private:
@@ -104,18 +95,27 @@ class FrameAtStamp {
     return T_world_body_.Inverse() * *p_world;
   }
 
-  Vector2d Place(const TimedPlace& given, int camera, const std::optional<Vector3d>& p_body,
+  // At the stamp; says in `given` how that moves with the readout, where this is estimated.
+  Vector2d Place(TimedPlace* given, int camera, const std::optional<Vector3d>& p_body,
                  double inverse_depth_per_m) const {
-    const TimedPlace timed = AsKnown(given);
+    constexpr double kStep_s = 1e-4;
     const RigidTransform& T_body_camera = geometry_.T_imu_camera[camera];
-    std::optional<Vector2d> place;
-    if (p_body) place = AtMoment(timed, T_body_camera, motion_, *p_body);
-    return place ? *place : AtMoment(timed, T_body_camera, motion_, inverse_depth_per_m);
+    const auto place = [&](double longer_s) {
+      const TimedPlace timed = AsKnown(*given).WithReadoutLonger(longer_s);
+      std::optional<Vector2d> at;
+      if (p_body) at = AtMoment(timed, T_body_camera, motion_, *p_body);
+      return at ? *at : AtMoment(timed, T_body_camera, motion_, inverse_depth_per_m);
+    };
+    if (estimates_readout_) {
+      given->by_readout_per_s = (place(kStep_s) - place(-kStep_s)) / (2 * kStep_s);
+    }
+    return place(0);
   }
 
   const WindowState& window_;
   const StereoGeometry& geometry_;
   double readout_change_s_;
+  bool estimates_readout_;
   BodyMotion motion_;
   RigidTransform T_world_body_;
   double usual_per_m_ = 0;  // inverse depth of what the frame shows
@@ -151,49 +151,6 @@ void BringToStamp(const WindowState& window, const CostModel& model, FrameState*
 
 void BringToStamps(const CostModel& model, WindowState* window) {
   for (auto& frame : window->frames) BringToStamp(*window, model, frame.get());
-}
-
-ReadoutEstimate::ReadoutEstimate(double sigma_s)
-    : given_per_s2_(sigma_s > 0 ? 1 / (sigma_s * sigma_s) : 0),
-      information_per_s2_(given_per_s2_) {}
-
-void ReadoutEstimate::Improve(const WindowState& window, CostModel* model) {
-  // States follow a readout that was wrong: each keyframe tells but a part of what is left of it.
-  constexpr double kKept = 0.5;
-  if (given_per_s2_ == 0) return;
-  const FrameState& frame = *window.frames.back();
-  const FrameAtStamp at_stamp(window, *model, frame);
-  Eigen::Matrix<double, 7, 7> information = Eigen::Matrix<double, 7, 7>::Identity();
-  Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
-  for (const auto& [id, measurement] : frame.measurements) {
-    const auto known = window.landmarks.find(id);
-    if (known == window.landmarks.end() || !known->second.triangulated) continue;
-    if (known->second.host() == &frame || measurement.timed.empty()) continue;
-    const FixedTerm term = FixedPointTerm(known->second, frame, *model);
-    Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> by_pose(term.factor->rows(), 6);
-    Eigen::VectorXd residual(term.factor->rows());
-    std::array<double*, Factor::kMaxBlocks> jacobians{};
-    jacobians[1] = by_pose.data();
-    term.factor->Linearize(term.blocks.data(), residual.data(), jacobians.data());
-    for (int camera = 0; 2 * camera < term.factor->rows(); ++camera) {
-      const auto by_readout =
-          at_stamp.ByReadout(id, measurement.timed[camera], measurement.camera + camera);
-      if (!by_readout) continue;
-      Eigen::Matrix<double, 2, 7> row;
-      row << by_pose.middleRows<2>(2 * camera), -model->geometry.weight * *by_readout;
-      const Vector2d r = residual.segment<2>(2 * camera);
-      const double weight = 1 / std::max(1.0, r.norm());  // Huber's
-      information += weight * row.transpose() * row;
-      gradient += weight * row.transpose() * r;
-    }
-  }
-  const auto of_pose = information.topLeftCorner<6, 6>().ldlt();
-  const Eigen::Matrix<double, 6, 1> coupling = information.topRightCorner<6, 1>();
-  const double known_per_s2 = information(6, 6) - coupling.dot(of_pose.solve(coupling));
-  const double slope = gradient[6] - coupling.dot(of_pose.solve(gradient.head<6>()));
-  information_per_s2_ =
-      std::max(given_per_s2_, kKept * information_per_s2_) + std::max(0.0, known_per_s2);
-  model->readout_change_s -= slope / information_per_s2_;
 }
 
 }  // namespace slcmap::odometry

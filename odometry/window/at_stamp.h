@@ -13,26 +13,12 @@ BodyMotion GetMotion(const FrameState& frame, const CalibrationState& calibratio
 
 // Where a measurement would have been at the stamp: so placed, it has in a term of the window the
 // residual that it has at its own time, by the states as they are. To be done again where they have
-// changed. Of what is not placed yet a depth is taken that both images of the frame show, or else
-// that of what they show around it. Does nothing where all was exposed at the stamp.
+// changed. Where the readout is estimated, how it moves with that is told, too. Of what is not
+// placed yet a depth is taken that both images of the frame show, or else that of what they show
+// around it. Does nothing where all was exposed at the stamp.
 void BringToStamp(const WindowState& window, const CostModel& model, FrameState* frame);
 
 // Of all frames of the window.
 void BringToStamps(const CostModel& model, WindowState* window);
-
-// The readout of rolling shutters, less the given one, as points tell it: a number beside the
-// states of the window, improved after each optimisation of these.
-class ReadoutEstimate {
- public:
-  // sigma_s: of the given readout; 0 where it is held.
-  explicit ReadoutEstimate(double sigma_s = 0);
-
-  // By the points of the newest frame, whose pose is not taken as known; changes
-  // model->readout_change_s.
-  void Improve(const WindowState& window, CostModel* model);
-
- private:
-  double given_per_s2_, information_per_s2_;
-};
 
 }  // namespace slcmap::odometry

@@ -1,6 +1,8 @@
 #include "odometry/window/problem.h"
 
+#include <algorithm>
 #include <type_traits>
+#include <utility>
 
 #include "odometry/factors/factor.h"
 #include "odometry/factors/imu_factor.h"
@@ -49,6 +51,24 @@ int BindLine(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term)
   return index;
 }
 
+// Puts the readout before what the term binds, where it is estimated. `make` makes the term's
+// factor of a measurement, which is linear in where that is.
+template <typename Number, typename Measurement, typename Make>
+void BindReadout(const Measurement& measurement, const Make& make, const CostModel& model,
+                 BasicTerm<Number>* term) {
+  constexpr double kStep_s = 1e-3;
+  if (!model.readout || measurement.timed.empty()) return;
+  const auto rows = term->factor->rows();
+  Eigen::VectorXd residual(rows), moved(rows);
+  term->factor->Linearize(term->blocks.data(), residual.data(), nullptr);
+  make(measurement.WithReadoutLonger(kStep_s))
+      ->Linearize(term->blocks.data(), moved.data(), nullptr);
+  term->factor = std::make_unique<ByReadoutResidual>(std::move(term->factor),
+                                                     (moved - residual) / kStep_s, *model.readout);
+  std::copy_backward(term->blocks.begin(), term->blocks.end() - 1, term->blocks.end());
+  term->blocks[0] = model.readout.get();
+}
+
 template <typename Number>
 BasicTerm<Number> ImuTerm(Of<Number, FrameState>& from, Of<Number, FrameState>& to,
                           const CostModel& model) {
@@ -77,17 +97,20 @@ BasicTerm<Number> PointTerm(Of<Number, PointLandmark>& landmark, Of<Number, Fram
   const StereoMeasurement& measurement = frame.measurements.at(landmark.id);
   BasicTerm<Number> term;
   term.loss = model.point_loss.get();
-  if (&frame == &host) {
-    term.factor = std::make_unique<HostPointResidual>(model.geometry, measurement);
-    term.blocks[0] = model.calibration->cameras.data();
-    term.blocks[1] = landmark.point.data();
-  } else {
-    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement, landmark.camera);
-    BindPose(0, host, &term);
-    BindPose(1, frame, &term);
-    term.blocks[2] = model.calibration->cameras.data();
-    term.blocks[3] = landmark.point.data();
+  const bool is_host = &frame == &host;
+  const auto make = [&](const StereoMeasurement& measured) -> std::unique_ptr<Factor> {
+    if (is_host) return std::make_unique<HostPointResidual>(model.geometry, measured);
+    return std::make_unique<PointResidual>(&model.geometry, measured, landmark.camera);
+  };
+  term.factor = make(measurement);
+  int next = 0;
+  if (!is_host) {
+    BindPose(next++, host, &term);
+    BindPose(next++, frame, &term);
   }
+  term.blocks[next++] = model.calibration->cameras.data();
+  term.blocks[next] = landmark.point.data();
+  BindReadout(measurement, make, model, &term);
   return term;
 }
 
@@ -97,16 +120,18 @@ BasicTerm<Number> LineTerm(Of<Number, LineLandmark>& line, Of<Number, FrameState
   const StereoLineMeasurement& measurement = frame.lines.at(line.id);
   BasicTerm<Number> term;
   term.loss = model.line_loss.get();
-  if (line.IsExact()) {
-    term.factor = std::make_unique<StructuralLineResidual>(&model.lines, line.structural(),
-                                                           measurement, true);
-  } else {
-    term.factor =
-        std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measurement, true);
-  }
+  const auto make = [&](const StereoLineMeasurement& measured) -> std::unique_ptr<Factor> {
+    if (line.IsExact()) {
+      return std::make_unique<StructuralLineResidual>(&model.lines, line.structural(), measured,
+                                                      true);
+    }
+    return std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measured, true);
+  };
+  term.factor = make(measurement);
   BindPose(0, frame, &term);
   term.blocks[1] = model.calibration->cameras.data();
   BindLine(2, line, &term);
+  BindReadout(measurement, make, model, &term);
   return term;
 }
 

@@ -35,8 +35,9 @@ struct CostModel {
   // cannot be observed of the poses, position and heading, cannot wherever these are evaluated.
   std::unique_ptr<CalibrationState> calibration = std::make_unique<CalibrationState>();
 
-  // How much longer than given the readout of rolling shutters is.
-  double readout_change_s = 0;
+  // How much longer than given the readout of rolling shutters is, in s: another such block; null
+  // where that is not estimated.
+  std::unique_ptr<double> readout;
 
   // One over the standard deviations of ties of the calibration to what was given; 0 for none.
   CalibrationVector calibration_ties = CalibrationVector::Zero();

@@ -68,8 +68,7 @@ SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectifi
       rig_(rectified_rig),
       structure_(options, rectified_rig),
       calibration_prior_(WhatTells(options, rectified_rig)),
-      calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()),
-      readout_(options.calibration.readout ? options.calibration.readout_sigma_s : 0) {
+      calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
@@ -81,6 +80,7 @@ SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectifi
   model_.point_on_line_sigma_m = lines.point_sigma_m;
   model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
   model_.calibration_ties = calibration_ties_.weights();
+  if (options.calibration.readout) model_.readout = std::make_unique<double>(0);
 }
 
 void SlidingWindow::SetLensShifts(const std::array<LensShift, 2>& shifts) {
@@ -116,7 +116,6 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
 
 FinishedIds SlidingWindow::RejectOutliers() {
   FinishedIds finished;
-  BringToStamps(model_, &state_);
   finished.points = RejectPoints();
   finished.lines = structure_.Judge(model_, newest(), &state_);
   return finished;
@@ -152,7 +151,21 @@ void SlidingWindow::SetFirstPrior() {
   prior.jacobian.diagonal().segment<3>(12).setConstant(1.0 / kFirstAccelBiasSigma_m_s2);
   prior.residual = Eigen::VectorXd::Zero(15);
   calibration_prior_.AddTo(model_.calibration.get(), &prior);
+  if (model_.readout) AddReadout(&prior);
   state_.prior = std::move(prior);
+}
+
+// A later segment starts where the last one had it, and knows no more than what was given.
+void SlidingWindow::AddReadout(Prior* prior) const {
+  const double weight = 1 / calibration_prior_.options().readout_sigma_s;
+  prior->blocks.push_back(model_.readout.get());
+  prior->kinds.push_back(kReadoutKind);
+  prior->x_lin.push_back({*model_.readout});
+  const Eigen::Index rows = prior->jacobian.rows(), columns = prior->jacobian.cols();
+  prior->jacobian.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + 1, columns + 1));
+  prior->jacobian(rows, columns) = weight;
+  prior->residual.conservativeResize(rows + 1);
+  prior->residual[rows] = weight * *model_.readout;
 }
 
 void SlidingWindow::Predict(FrameState* frame) const {
@@ -230,7 +243,6 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   known_calibration_.reset();
   model_.calibration_ties = calibration_ties_.weights();
   iterations_ += Optimize(options_.max_iterations).iterations;
-  readout_.Improve(state_, &model_);
   fit_ = MeasureWindowFit(model_, state_);
   FinishedIds finished = RejectOutliers();
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
@@ -279,6 +291,7 @@ SolverSummary SlidingWindow::Optimize(int max_iterations) {
   solver.max_iterations = max_iterations;
   const SolverSummary summary = Solve(&terms, state_.prior, NoneConstant, solver, &information_);
   last_solve_usable_ = summary.usable;
+  BringToStamps(model_, &state_);
   return summary;
 }
 

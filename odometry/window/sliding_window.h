@@ -110,6 +110,7 @@ class SlidingWindow {
 
  private:
   void SetFirstPrior();
+  void AddReadout(Prior* prior) const;
   SolverSummary Optimize(int max_iterations);
   FinishedIds RejectOutliers();
   std::unordered_set<int64_t> RejectPoints();
@@ -132,7 +133,6 @@ class SlidingWindow {
   Structure structure_;
   CalibrationPrior calibration_prior_;
   NominalPrior calibration_ties_;
-  ReadoutEstimate readout_;
   std::optional<CalibrationBelief> known_calibration_;  // when the oldest keyframe left
   WindowState state_;
   StateInformation information_;

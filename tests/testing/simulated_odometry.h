@@ -142,6 +142,7 @@ struct CalibrationFault {
   ImuErrors imu_errors = ImuErrors::Zero();
   // Claimed principal point of the right camera less its true one.
   Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
+  double readout_s = 0;  // claimed less true
 
   Rig Claimed(Rig rig) const {
     const RigidTransform turn(ExpRotation(imu_rotation_rad), Eigen::Vector3d::Zero());
@@ -149,6 +150,7 @@ struct CalibrationFault {
       rig.T_imu_camera[i] = turn * rig.T_imu_camera[i];
       rig.cameras[i].fx_px *= 1 + focal_length;
       rig.cameras[i].fy_px *= 1 + focal_length;
+      rig.readout_s[i] += readout_s;
     }
     rig.cameras[1].cx_px += right_centre_px.x();
     rig.cameras[1].cy_px += right_centre_px.y();
@@ -363,7 +365,9 @@ inline SimulatedRun RunOnSimulatedTracks(
   Estimator estimator(options.odometry, claimed, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
   estimator.SetLensShifts(ComputeLensShifts(claimed, claimed));
-  if (!options.takes_rows_at_once) estimator.SetRowTimes(RowTimes(claimed, claimed));
+  if (!options.takes_rows_at_once) {
+    estimator.SetRowTimes(RowTimes(claimed, claimed, options.odometry.calibration.readout));
+  }
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (

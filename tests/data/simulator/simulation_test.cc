@@ -112,6 +112,18 @@ TEST_F(SimulationTest, RightImagesAndRowsOfTheirOwnTimesAreTold) {
   EXPECT_EQ(OpenSequence(options_.folder, together).rig.right_time_offset_s, 0);
 }
 
+TEST_F(SimulationTest, ARigOfOneCameraHasImagesOfOne) {
+  Rig rig = ReadSimulatedRig("euroc");
+  rig.cameras[1] = Camera();
+  options_.rig = folder_ + "/one.yaml";
+  WriteKalibrCalibration(options_.rig, rig);
+  Run();
+  const Sequence sequence = OpenSequence(options_.folder);
+  EXPECT_FALSE(HasTwoCameras(sequence.rig));
+  EXPECT_EQ(cv::imread(sequence.images[7].left_path, cv::IMREAD_UNCHANGED).at<uchar>(0), 7);
+  EXPECT_FALSE(fs::exists(options_.folder + "/mav0/cam1"));
+}
+
 TEST_F(SimulationTest, AWrongCalibrationIsToldButNotTrue) {
   options_.miscalibration = 1;
   Run();

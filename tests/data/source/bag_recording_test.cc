@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::BagCase;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::ImageStamp;
 using testing::MessageOf;
@@ -246,6 +247,26 @@ TEST_F(BagRecording, KeepsWhatIsWholeOfOneThatWasCutOff) {
     ReadThrough(cut, &pairs);
     EXPECT_EQ(pairs, cut.images.size());
   }
+}
+
+// Before its calibration, which lacks the IMU's frame then, too.
+TEST_F(BagRecording, WithoutAnImuSaysWhatIsThere) {
+  const std::string path = folder_.Path("blind.mcap");
+  const auto writer = CreateBag(path, {"mcap", "none"});
+  const std::vector<std::byte> pixels(64);
+  RosImage image;
+  image.width_px = image.height_px = image.step_bytes = 8;
+  image.encoding = "mono8";
+  image.data.bytes = pixels;
+  writer->Write(writer->AddTopic({"/image", RosImage::kType, BagEncoding::kCdr, "cdr"}), 0,
+                EncodeMessage(BagEncoding::kCdr, image));
+  writer->Close();
+  EXPECT_THAT(MessageOf<InputFault>([&] { OpenSequence(path); }),
+              AllOf(HasSubstr("found no topic of an IMU"), HasSubstr("/image (")));
+  SequenceOptions without;
+  without.needs_imu = false;
+  EXPECT_THAT(MessageOf<InputFault>([&] { OpenSequence(path, without); }),
+              AllOf(HasSubstr("no topic of an IMU, "), HasSubstr("missing is ")));
 }
 
 // Topics of their own, whose messages come in bursts, one topic before the other.

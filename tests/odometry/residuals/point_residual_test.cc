@@ -77,6 +77,29 @@ TEST(PointResidual, JacobiansMatchDifferences) {
       {scene.cameras, {0.21, -0.13, 0.27}}, 1e-6);
 }
 
+TEST(PointResidual, JacobiansWithTheReadoutMatchDifferences) {
+  const PointScene scene;
+  auto residual = std::make_unique<PointResidual>(
+      &scene.geometry, StereoMeasurement{{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)});
+  std::vector<std::vector<double>> blocks = scene.Blocks();
+  const std::vector<double> host = blocks[0];
+  blocks[0][0] += 0.01;
+  residual->SetLinearizationPoint(0, host.data());
+  std::vector<const double*> pointers;
+  for (const auto& block : blocks) pointers.push_back(block.data());
+  Eigen::Vector4d without, with;
+  residual->Linearize(pointers.data(), without.data(), nullptr);
+  const Eigen::Vector4d by_readout(100, -200, 50, 300);
+  const ByReadoutResidual factor(std::move(residual), by_readout, 0.01);
+  const double readout_s = 0.015;
+  pointers.insert(pointers.begin(), &readout_s);
+  factor.Linearize(pointers.data(), with.data(), nullptr);
+  EXPECT_LT((with - without - 0.005 * by_readout).norm(), 1e-9);
+  blocks[0] = host;
+  blocks.insert(blocks.begin(), {readout_s});
+  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
+}
+
 // Of two cameras that look apart: seen by the second one, of a host's second one or first.
 TEST(PointResidual, AnyCameraMayBeHostAndTarget) {
   PointScene scene;

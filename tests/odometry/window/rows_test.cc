@@ -52,7 +52,9 @@ class RollingFrames : public ::testing::Test {
 
   TimedPlace SeeAt(const FrameState& frame, int camera, const Vector3d& p_world,
                    double after_s) const {
-    return {(CameraPose(frame, camera, after_s).Inverse() * p_world).hnormalized(), after_s};
+    constexpr double kReadout_s = 0.03;
+    return {(CameraPose(frame, camera, after_s).Inverse() * p_world).hnormalized(), after_s,
+            after_s / kReadout_s};
   }
 
   void See(FrameState* frame) const {
@@ -69,17 +71,25 @@ class RollingFrames : public ::testing::Test {
     }
   }
 
-  double LargestResidual() const {
-    double largest = 0;
-    for (const FixedTerm& term : FixedPointTerms(window_.landmarks.at(kId), model_)) {
-      largest = std::max(largest, ComputeResidual(term).cwiseAbs().maxCoeff());
-    }
+  std::vector<FixedTerm> Terms() const {
+    std::vector<FixedTerm> terms = FixedPointTerms(window_.landmarks.at(kId), model_);
     for (const auto& frame : window_.frames) {
-      const FixedTerm term = FixedLineTerm(window_.lines.at(kId), *frame, model_);
-      largest = std::max(largest, ComputeResidual(term).cwiseAbs().maxCoeff());
+      terms.push_back(FixedLineTerm(window_.lines.at(kId), *frame, model_));
     }
-    return largest;
+    return terms;
   }
+
+  // A column a term.
+  Eigen::Matrix4Xd Residuals() const {
+    const std::vector<FixedTerm> terms = Terms();
+    Eigen::Matrix4Xd residuals(4, std::ssize(terms));
+    for (size_t i = 0; i < terms.size(); ++i) {
+      residuals.col(static_cast<Eigen::Index>(i)) = ComputeResidual(terms[i]);
+    }
+    return residuals;
+  }
+
+  double LargestResidual() const { return Residuals().cwiseAbs().maxCoeff(); }
 
   static constexpr int64_t kId = 7;
   CostModel model_;
@@ -130,6 +140,32 @@ TEST_F(RollingFrames, DerivativesAreThoseOfTheOwnTime) {
   }
 }
 
+// Host and target, points and lines: what a term has of the readout is how its residual changes
+// when everything is brought to its stamp by another one.
+TEST_F(RollingFrames, TheReadoutMovesAllThatIsTimed) {
+  model_.readout = std::make_unique<double>(0.001);
+  const auto residuals_at = [&](double readout_s) {
+    *model_.readout = readout_s;
+    BringToStamps(model_, &window_);
+    return Residuals();
+  };
+  constexpr double kStep_s = 1e-5;
+  const Eigen::Matrix4Xd difference =
+      (residuals_at(0.001 + kStep_s) - residuals_at(0.001 - kStep_s)) / (2 * kStep_s);
+  residuals_at(0.001);
+  Eigen::Index column = 0;
+  for (const FixedTerm& term : Terms()) {
+    Eigen::Vector4d residual, by_readout;
+    std::array<double*, Factor::kMaxBlocks> jacobians{by_readout.data()};
+    ASSERT_EQ(term.factor->rows(), 4);
+    term.factor->Linearize(term.blocks.data(), residual.data(), jacobians.data());
+    const Eigen::Vector4d expected = difference.col(column++);
+    EXPECT_GT(expected.cwiseAbs().maxCoeff(), 10) << column;
+    EXPECT_LT((by_readout - expected).norm(), 0.01 * expected.norm()) << column;
+  }
+  EXPECT_EQ(column, 4);
+}
+
 SimulatedRunOptions Perfect(double right_offset_s, double readout_s) {
   SimulatedRunOptions options;
   options.duration_s = 9;
@@ -148,6 +184,21 @@ TEST(EstimatorOfRows, RollingShuttersAndLateRightImagesCostLittle) {
     const double ignored_m = LargestPositionError(RunOnSimulatedTracks(options));
     EXPECT_LT(known_m, 0.004) << right_offset_s << " " << readout_s;
     EXPECT_LT(5 * known_m, ignored_m) << right_offset_s << " " << readout_s;
+  }
+}
+
+// From none and from too much; and where all rows are exposed at once, that they are.
+TEST(EstimatorOfRows, FindTheReadout) {
+  for (const auto& [true_s, given_s] : {std::pair{0.02, 0.0}, {0.02, 0.03}, {0.0, 0.0}}) {
+    SimulatedRunOptions options = Perfect(0, true_s);
+    options.fault.readout_s = given_s - true_s;
+    options.odometry.calibration.readout = true;
+    double found_s = 0;
+    const SimulatedRun run = RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
+      found_s = given_s + *estimator->window().model().readout;
+    });
+    EXPECT_NEAR(found_s, true_s, 2e-4) << given_s;
+    EXPECT_LT(LargestPositionError(run), 0.006) << true_s << " " << given_s;
   }
 }
 
