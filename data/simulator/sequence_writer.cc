@@ -96,19 +96,21 @@ std::string Row(const Eigen::Vector3d& v) {
 
 }  // namespace
 
-SequenceWriter::SequenceWriter(const std::string& folder)
-    : mav_folder_(folder + "/mav0"), truth_folder_(folder + "/truth") {
+SequenceWriter::SequenceWriter(const std::string& folder, int cameras)
+    : mav_folder_(folder + "/mav0"), truth_folder_(folder + "/truth"), cameras_(cameras) {
   if (std::filesystem::exists(mav_folder_)) {
     throw OutputError(mav_folder_ + ": found a sequence already, expected a new folder");
   }
-  for (const int camera : {0, 1}) MakeFolder(mav_folder_ + "/" + CameraName(camera) + "/data");
+  for (int camera = 0; camera < cameras_; ++camera) {
+    MakeFolder(mav_folder_ + "/" + CameraName(camera) + "/data");
+  }
   MakeFolder(mav_folder_ + "/imu0");
   MakeFolder(mav_folder_ + "/state_groundtruth_estimate0");
   MakeFolder(truth_folder_);
 }
 
 void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) const {
-  for (const int camera : {0, 1}) {
+  for (int camera = 0; camera < cameras_; ++camera) {
     WriteFile(mav_folder_ + "/" + CameraName(camera) + "/sensor.yaml",
               AslCamera(rig, camera, image_rate_hz));
   }
@@ -120,6 +122,7 @@ void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) cons
 void SequenceWriter::WriteTrueRig(const Rig& rig) const {
   Rig told = rig;
   told.right_time_offset_s = 0;  // right images have stamps of their own
+  told.other_time_offsets_s.clear();
   WriteKalibrCalibration(truth_folder_ + "/rig.yaml", told);
 }
 
@@ -177,10 +180,10 @@ void SequenceWriter::WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const 
 
 void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns,
                                      int64_t right_offset_ns) const {
-  for (const int camera : {0, 1}) {
+  for (int camera = 0; camera < cameras_; ++camera) {
     std::string text = kAslImagesHead;
     for (const int64_t stamp_ns : stamps_ns) {
-      text += fmt::format("{0},{0}.png\n", stamp_ns + camera * right_offset_ns);
+      text += fmt::format("{0},{0}.png\n", stamp_ns + (camera == 1 ? right_offset_ns : 0));
     }
     WriteFile(mav_folder_ + "/" + CameraName(camera) + "/data.csv", text);
   }

@@ -223,7 +223,8 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
     const Interval extent = MeasureExtent(of_image, line.intervals[from->piece]);
     if (const auto px = GetSegment(line, extent, of_image, cameras)) {
       const EdgePoint& place = *from->place;
-      supports->push_back({id, from->piece, views[place.view].stamp_ns, place.camera, *px});
+      const View& view = views[place.view];
+      supports->push_back({id, from->piece, view.stamp_ns, view.left_camera + place.camera, *px});
     }
     from = to;
   }

@@ -207,7 +207,7 @@ class PixelsOfRun {
   PixelsOfRun(const OdometryRun& run, const Rig& rig)
       : from_(run.rectified_rig), to_(rig), geometry_(run.rectified_rig.T_imu_camera, 1) {
     if (run.calibration.empty() || !run.source) return;
-    geometry_.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(
+    geometry_.lens_shifts = std::make_shared<const std::vector<LensShift>>(
         ComputeLensShifts(run.source->raw_rig, run.rectified_rig));
     const CalibrationEstimate& found = run.calibration.back();
     const CameraCalibrationBlock block = MakeCameraBlock(found);

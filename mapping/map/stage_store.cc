@@ -235,7 +235,7 @@ std::string PoseText(const RigidTransform& T) {
 
 std::string RigText(const Rig& rig) {
   std::string text;
-  for (size_t c = 0; c < 2; ++c) {
+  for (size_t c = 0; c < rig.cameras.size(); ++c) {
     const Camera& camera = rig.cameras[c];
     const Eigen::Vector4d& k = camera.coefficients;
     text += fmt::format("{} {} {} {} {} {} {} {} {} {} {} ", static_cast<int>(camera.distortion),

@@ -228,8 +228,9 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
     // Not by cv::parallel_for_(), see LineFinder::LookAt().
     ParallelFor(seen.size(), [&](size_t k) {
       for (int camera = 0; camera < 2; ++camera) {
-        const auto pair = PairIn(camera == 0 ? read.left : read.right, images.images.mask(camera),
-                                 cameras[camera], places[seen[k]]);
+        const auto pair =
+            PairIn(camera == 0 ? read.left : read.right, images.images.mask_of(view, camera),
+                   cameras[camera], places[seen[k]]);
         if (pair) pairs[seen[k]].push_back(*pair);
       }
     });

@@ -204,7 +204,7 @@ TEST(OutlinePairs, AreMeasuredAlongWhatRunsAway) {
     }
   };
   MapResult map;
-  map.rectified_rig.cameras.fill(testing::PinholeCamera(752, 480, 450, 376, 240));
+  map.rectified_rig.cameras.assign(2, testing::PinholeCamera(752, 480, 450, 376, 240));
   Eigen::Matrix3d R;
   R.col(2) = Eigen::Vector3d::UnitX();
   R.col(1) = -Eigen::Vector3d::UnitZ();
