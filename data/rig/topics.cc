@@ -122,33 +122,58 @@ void KeepNearest(std::vector<ProfileMatch>* matches) {
 
 using Looks = std::map<std::string, ImageLook>;
 
-// A name without the number that tells a camera from others: the last one; "" where it has none.
-std::string WithoutNumber(const std::string& name, int* number) {
-  const size_t last = name.find_last_of("0123456789");
-  if (last == std::string::npos) return "";
-  const size_t before = name.find_last_not_of("0123456789", last);
-  const size_t first = before == std::string::npos ? 0 : before + 1;
-  if (last - first > 2) return "";
-  *number = std::stoi(name.substr(first, last + 1 - first));
-  return name.substr(0, first) + "#" + name.substr(last + 1);
+// A name without the last number in it, which tells a camera from others, and that; "" and 0 where
+// it has none.
+std::pair<std::string, int> TakeNumber(const std::string& name) {
+  constexpr const char* kDigits = "0123456789";
+  const size_t last = name.find_last_of(kDigits);
+  if (last == std::string::npos) return {};
+  const size_t first = name.find_last_not_of(kDigits, last) + 1;  // 0 where there is nothing before
+  if (last - first > 2) return {};
+  return {name.substr(0, first) + "#" + name.substr(last + 1),
+          std::stoi(name.substr(first, last + 1 - first))};
 }
 
+Looks LookAtImages(const std::vector<std::string>& names, Bag* bag) {
+  Looks looks;
+  for (const auto& [name, message] : ReadFirstMessages(names, bag)) {
+    if (const auto look = LookAtImage(message)) looks[name] = *look;
+  }
+  return looks;
+}
+
+bool IsDepth(const std::string& name, const Looks& looks) {
+  const auto look = looks.find(name);
+  const bool is_by_kind = look != looks.end() && (look->second.encoding.starts_with("16UC1") ||
+                                                  look->second.encoding.starts_with("32FC1"));
+  return is_by_kind || name.find("depth") != std::string::npos ||
+         name.find("Depth") != std::string::npos;
+}
+
+// Images of two cameras that take them together are of one size and about as many.
 bool MayBePair(const std::string& left, const std::string& right, const Looks& looks,
-               const Bag& bag);
-Looks LookAtImages(const std::vector<std::string>& names, Bag* bag);
+               const Bag& bag) {
+  constexpr double kLeastShare = 0.8;
+  const auto a = looks.find(left), b = looks.find(right);
+  const bool known = a != looks.end() && b != looks.end();
+  if (known && a->second.size_px != b->second.size_px) return false;
+  const auto count_left = static_cast<double>(FindTopicNamed(bag, left)->messages);
+  const auto count_right = static_cast<double>(FindTopicNamed(bag, right)->messages);
+  if (count_left < 0 || count_right < 0) return true;
+  return std::min(count_left, count_right) >= kLeastShare * std::max(count_left, count_right);
+}
 
 // Adds to a pair that is told by a number those cameras whose topics have another number instead.
 void AddNumbered(const RecordingTopics& said, Bag* bag, RecordingTopics* topics) {
-  int of_left = 0, of_right = 0;
   topics->others = said.others;
-  const std::string family = WithoutNumber(topics->left, &of_left);
+  const std::string family = TakeNumber(topics->left).first;
   const bool is_asked_for = !said.left.empty() || !said.others.empty();
-  if (is_asked_for || family.empty() || WithoutNumber(topics->right, &of_right) != family) return;
+  if (is_asked_for || family.empty() || TakeNumber(topics->right).first != family) return;
   std::map<int, std::string> by_number;
   for (const std::string& name : FindNames(*bag, IsImageTopic)) {
-    int number = 0;
+    const auto& [others_family, number] = TakeNumber(name);
     const bool is_other = name != topics->left && name != topics->right;
-    if (is_other && WithoutNumber(name, &number) == family) by_number[number] = name;
+    if (is_other && others_family == family) by_number[number] = name;
   }
   if (by_number.empty()) return;
   std::vector<std::string> names = {topics->left};
@@ -183,35 +208,6 @@ std::optional<RecordingTopics> ChooseByProfile(Bag* bag, const RecordingTopics& 
   return topics;
 }
 
-Looks LookAtImages(const std::vector<std::string>& names, Bag* bag) {
-  Looks looks;
-  for (const auto& [name, message] : ReadFirstMessages(names, bag)) {
-    if (const auto look = LookAtImage(message)) looks[name] = *look;
-  }
-  return looks;
-}
-
-bool IsDepth(const std::string& name, const Looks& looks) {
-  const auto look = looks.find(name);
-  const bool is_by_kind = look != looks.end() && (look->second.encoding.starts_with("16UC1") ||
-                                                  look->second.encoding.starts_with("32FC1"));
-  return is_by_kind || name.find("depth") != std::string::npos ||
-         name.find("Depth") != std::string::npos;
-}
-
-// Images of two cameras that take them together are of one size and about as many.
-bool MayBePair(const std::string& left, const std::string& right, const Looks& looks,
-               const Bag& bag) {
-  constexpr double kLeastShare = 0.8;
-  const auto a = looks.find(left), b = looks.find(right);
-  const bool known = a != looks.end() && b != looks.end();
-  if (known && a->second.size_px != b->second.size_px) return false;
-  const auto count_left = static_cast<double>(FindTopicNamed(bag, left)->messages);
-  const auto count_right = static_cast<double>(FindTopicNamed(bag, right)->messages);
-  if (count_left < 0 || count_right < 0) return true;
-  return std::min(count_left, count_right) >= kLeastShare * std::max(count_left, count_right);
-}
-
 // Returns why.
 std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
   if (!topics->left.empty()) return "";
@@ -226,8 +222,7 @@ std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
     }
   }
   std::set<std::string> families;
-  int number = 0;
-  for (const auto& [left, right] : pairs) families.insert(WithoutNumber(left, &number));
+  for (const auto& [left, right] : pairs) families.insert(TakeNumber(left).first);
   const bool is_numbered = families.size() == 1 && !families.begin()->empty();
   if (pairs.size() == 1 || is_numbered) {
     std::tie(topics->left, topics->right) = *pairs.begin();

@@ -110,7 +110,7 @@ struct PlaceOfPiece {
 
 auto GetImage(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view, p.place->camera); }
 
-// By piece, view and camera; views are in the order of their stamps.
+// By piece, view and camera.
 std::vector<PlaceOfPiece> PlacesByImage(const TrackedLine& line) {
   std::vector<PlaceOfPiece> places;
   for (const EdgePoint& place : line.places) {
@@ -245,6 +245,8 @@ LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views&
     }
     AddSupports(lines[i], id, views, cameras, &evidence.supports);
   }
+  // Views of a further pair stand behind those of the one before.
+  std::ranges::sort(evidence.supports, {}, [](const LineSupport& s) { return MakeKey(s); });
   return evidence;
 }
 

@@ -280,7 +280,7 @@ std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>
             {track->second.point, track->second.number, keyframe.stamp_ns, camera, moved_px});
       };
       add(seen.camera, seen.left_px);
-      if (seen.right_px) add(1, *seen.right_px);
+      if (seen.right_px) add(seen.camera + 1, *seen.right_px);
     }
   }
   std::ranges::sort(observations, {},
@@ -313,7 +313,8 @@ LineCovariance ComputeCovariance(const Line& line) {
 void AddSupports(const Keyframe& keyframe, const LineObservation& seen,
                  std::vector<LineSupport>* supports) {
   supports->push_back({seen.id, 0, keyframe.stamp_ns, seen.camera, seen.left_px});
-  if (seen.right_px) supports->push_back({seen.id, 0, keyframe.stamp_ns, 1, *seen.right_px});
+  if (!seen.right_px) return;
+  supports->push_back({seen.id, 0, keyframe.stamp_ns, seen.camera + 1, *seen.right_px});
 }
 
 }  // namespace
