@@ -400,9 +400,9 @@ std::optional<RecordedViews> OpenViews(const MapInput& input, const OdometryRun&
   if (HasImages(input, run)) return ViewsOfRun(run, input.recording, cache);
   if (!input.sparse && !run.keyframes.empty()) {
     spdlog::warn("{}: a run {} is mapped from its landmarks alone", input.name,
-                 !run.source                       ? "that does not say where its images are"
-                 : LooksApart(run.source->raw_rig) ? "of cameras that look apart"
-                                                   : "of one camera");
+                 !run.source                          ? "that does not say where its images are"
+                 : HasTwoCameras(run.source->raw_rig) ? "of cameras that look apart"
+                                                      : "of one camera");
   }
   return std::nullopt;
 }

@@ -1,5 +1,7 @@
 #include "odometry/odometry.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <chrono>
 #include <deque>
@@ -22,88 +24,100 @@ constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
 
 Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   options.Check();
-  rig.cameras[0].Check("left camera");
-  if (HasTwoCameras(rig)) rig.cameras[1].Check(IsStereo(rig) ? "right camera" : "second camera");
+  for (const auto& [first, is_pair] : CameraGroups(rig)) {
+    const auto name = [](int camera, const char* of_two) {
+      return camera < 2 ? std::string(of_two) : fmt::format("camera {}", camera);
+    };
+    rig.cameras[first].Check(name(first, first == 0 ? "left camera" : "second camera"));
+    if (is_pair) rig.cameras[first + 1].Check(name(first + 1, "right camera"));
+  }
   return rig;
 }
 
 struct Pending {
   StereoImage image;
-  std::function<cv::Mat()> decode_right;
+  DeferredImages decode;
 };
 
-// The pair in process. Its right image is decoded and rectified once it is asked for; points and
-// lines may ask at the same time.
-class RectifiedPair {
+// The images in process. Those beside the left one are decoded and rectified once they are asked
+// for; points and lines may ask at the same time.
+class RectifiedImages {
  public:
-  void Set(cv::Mat left, std::function<cv::Mat()> rectify_right) {
-    left_ = std::move(left);
-    right_.release();
-    rectify_right_ = std::move(rectify_right);
+  void Set(cv::Mat left, int cameras, std::function<cv::Mat(int camera)> rectify) {
+    images_.assign(static_cast<size_t>(cameras), std::nullopt);
+    images_[0] = std::move(left);
+    rectify_ = std::move(rectify);
   }
-  const cv::Mat& left() const { return left_; }
-  const cv::Mat& right() {
+  // Empty where there is none.
+  const cv::Mat& of(int camera) {
     const std::lock_guard lock(mutex_);
-    if (rectify_right_) right_ = std::exchange(rectify_right_, nullptr)();
-    return right_;
+    std::optional<cv::Mat>& image = images_[static_cast<size_t>(camera)];
+    if (!image) image = rectify_(camera);
+    return *image;
+  }
+  // Of the right camera of a group that is a pair; empty of others.
+  cv::Mat right_of(const CameraGroup& group) {
+    return group.is_pair ? of(group.first + 1) : cv::Mat();
   }
 
  private:
-  cv::Mat left_;
   std::mutex mutex_;  // guards what follows
-  cv::Mat right_;
-  std::function<cv::Mat()> rectify_right_;
+  std::vector<std::optional<cv::Mat>> images_;
+  std::function<cv::Mat(int camera)> rectify_;
 };
 
-// Of two cameras that look apart each is followed by a tracker of its own. Outside, what the first
-// one follows has even ids and what the second one does odd ones.
-int64_t OutsideId(int64_t id, int camera) { return 2 * id + camera; }
-int CameraOfId(int64_t outside_id) { return static_cast<int>(outside_id % 2); }
-int64_t IdInTracker(int64_t outside_id) { return outside_id / 2; }
-
-std::unordered_set<int64_t> IdsInTracker(const std::unordered_set<int64_t>& ids, int camera) {
-  std::unordered_set<int64_t> own;
-  for (const int64_t id : ids) {
-    if (CameraOfId(id) == camera) own.insert(IdInTracker(id));
-  }
-  return own;
-}
-
-// One tracker, or two of cameras that look apart, whose observations it joins.
+// Each pair of cameras, or lone camera, is followed by a tracker of its own, whose observations are
+// joined. Outside, ids of the trackers take turns.
 template <typename Tracker, typename Observation>
 class Trackers {
  public:
-  // The rotation of the second camera from the first.
-  Trackers(const Rig& rig, bool two)
-      : R_second_first_(rig.T_imu_camera[1].rotation.conjugate() * rig.T_imu_camera[0].rotation),
-        two_(two) {}
+  Trackers(const Rig& rig, const std::vector<CameraGroup>& groups) : groups_(groups) {
+    for (const CameraGroup& group : groups) {
+      R_group_first_.push_back(rig.T_imu_camera[group.first].rotation.conjugate() *
+                               rig.T_imu_camera[0].rotation);
+    }
+  }
 
   template <typename... Arguments>
   void Add(const Arguments&... arguments) {
     trackers_.push_back(std::make_unique<Tracker>(arguments...));
   }
 
-  bool two() const { return two_; }
-  Tracker& of(int camera) { return *trackers_[camera]; }
-  // Turns of the second camera, and directions in it, from those of the first.
-  Eigen::Quaterniond ToSecond(const Eigen::Quaterniond& turn_of_first) const {
-    return R_second_first_ * turn_of_first * R_second_first_.conjugate();
+  size_t size() const { return groups_.size(); }
+  Tracker& of(size_t group) { return *trackers_[group]; }
+  const CameraGroup& group(size_t group) const { return groups_[group]; }
+  // Turns of a group's first camera, and directions in it, from those of the rig's first.
+  Eigen::Quaterniond ToGroup(size_t group, const Eigen::Quaterniond& turn_of_first) const {
+    if (group == 0) return turn_of_first;
+    return R_group_first_[group] * turn_of_first * R_group_first_[group].conjugate();
   }
-  std::vector<Eigen::Vector3d> ToSecond(std::vector<Eigen::Vector3d> directions) const {
-    for (Eigen::Vector3d& direction : directions) direction = R_second_first_ * direction;
+  std::vector<Eigen::Vector3d> ToGroup(size_t group,
+                                       std::vector<Eigen::Vector3d> directions) const {
+    if (group == 0) return directions;
+    for (Eigen::Vector3d& direction : directions) direction = R_group_first_[group] * direction;
     return directions;
   }
 
-  const std::vector<Observation>& observations() const {
-    return two_ ? joined_ : trackers_[0]->observations();
+  size_t GroupOfId(int64_t outside_id) const {
+    return static_cast<size_t>(outside_id) % groups_.size();
   }
-  // Once they have seen their images; `sees_second`: there was one of the second camera.
-  void Join(bool sees_second) {
+  int64_t IdInTracker(int64_t outside_id) const {
+    return outside_id / static_cast<int64_t>(groups_.size());
+  }
+
+  const std::vector<Observation>& observations() const {
+    return groups_.size() > 1 ? joined_ : trackers_[0]->observations();
+  }
+  // Once they have seen their images; of groups that have none nothing is told.
+  void Join(const std::vector<bool>& has_image) {
+    if (groups_.size() == 1) return;
     joined_.clear();
-    for (int camera = 0; camera < (sees_second ? 2 : 1); ++camera) {
-      for (Observation seen : trackers_[camera]->observations()) {
-        seen.id = OutsideId(seen.id, camera);
-        seen.camera = camera;
+    const auto count = static_cast<int64_t>(groups_.size());
+    for (size_t group = 0; group < groups_.size(); ++group) {
+      if (!has_image[group]) continue;
+      for (Observation seen : trackers_[group]->observations()) {
+        seen.id = count * seen.id + static_cast<int64_t>(group);
+        seen.camera = groups_[group].first;
         joined_.push_back(seen);
       }
     }
@@ -111,8 +125,10 @@ class Trackers {
   }
 
   void Remove(const std::unordered_set<int64_t>& ids) {
-    if (!two_) return trackers_[0]->Remove(ids);
-    for (int camera = 0; camera < 2; ++camera) trackers_[camera]->Remove(IdsInTracker(ids, camera));
+    if (groups_.size() == 1) return trackers_[0]->Remove(ids);
+    std::vector<std::unordered_set<int64_t>> own(groups_.size());
+    for (const int64_t id : ids) own[GroupOfId(id)].insert(IdInTracker(id));
+    for (size_t group = 0; group < own.size(); ++group) trackers_[group]->Remove(own[group]);
     std::erase_if(joined_, [&](const Observation& seen) { return ids.contains(seen.id); });
   }
   void Reset() {
@@ -121,80 +137,83 @@ class Trackers {
   }
 
  private:
-  Eigen::Quaterniond R_second_first_;
-  bool two_;
+  std::vector<CameraGroup> groups_;
+  std::vector<Eigen::Quaterniond> R_group_first_;  // the groups' first cameras from the rig's
   std::vector<std::unique_ptr<Tracker>> trackers_;
-  std::vector<Observation> joined_;  // of two, by id
+  std::vector<Observation> joined_;  // of several groups, by id
 };
 
 class TrackedPoints final : public PointSource {
  public:
-  TrackedPoints(PointTrackerOptions options, const Rectifier& rectifier, bool two,
-                RectifiedPair* pair)
-      : trackers_(rectifier.rectified_rig(), two), pair_(pair) {
-    if (two) options.max_points = (options.max_points + 1) / 2;  // all in all as many
-    for (int camera = 0; camera < (two ? 2 : 1); ++camera) {
-      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(camera));
+  TrackedPoints(PointTrackerOptions options, const Rectifier& rectifier,
+                const std::vector<CameraGroup>& groups, RectifiedImages* images)
+      : trackers_(rectifier.rectified_rig(), groups), images_(images) {
+    const auto count = static_cast<int>(groups.size());
+    options.max_points = (options.max_points + count - 1) / count;  // all in all as many
+    for (const CameraGroup& group : groups) {
+      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(group.first));
     }
   }
   void Track(const Eigen::Quaterniond& R_now_previous) {
-    trackers_.of(0).Track(pair_->left(), R_now_previous);
-    if (!trackers_.two()) return;
-    const cv::Mat& second = pair_->right();
-    if (second.empty()) {
-      trackers_.of(1).Reset();
-    } else {
-      trackers_.of(1).Track(second, trackers_.ToSecond(R_now_previous));
+    for (size_t i = 0; i < trackers_.size(); ++i) {
+      const cv::Mat& image = images_->of(trackers_.group(i).first);
+      if (image.empty()) {
+        trackers_.of(i).Reset();
+      } else {
+        trackers_.of(i).Track(image, trackers_.ToGroup(i, R_now_previous));
+      }
     }
-    trackers_.Join(true);
+    trackers_.Join(std::vector<bool>(trackers_.size(), true));
   }
   const std::vector<PointObservation>& observations() const override {
     return trackers_.observations();
   }
   void Detect() override {
-    if (!trackers_.two()) return trackers_.of(0).Detect(pair_->right(), rows_move_px_);
-    trackers_.of(0).Detect(cv::Mat());
-    if (!pair_->right().empty()) trackers_.of(1).Detect(cv::Mat());
-    trackers_.Join(true);
+    for (size_t i = 0; i < trackers_.size(); ++i) {
+      const CameraGroup& group = trackers_.group(i);
+      if (images_->of(group.first).empty()) continue;
+      trackers_.of(i).Detect(images_->right_of(group), group.first == 0 ? rows_move_px_ : 0);
+    }
+    trackers_.Join(std::vector<bool>(trackers_.size(), true));
   }
-  // By how much points may be off their rows in right images.
+  // By how much points may be off their rows in right images of the first pair.
   void SetRowsMove(double rows_move_px) { rows_move_px_ = rows_move_px; }
   void Remove(const std::unordered_set<int64_t>& ids) override { trackers_.Remove(ids); }
   void Reset() override { trackers_.Reset(); }
 
  private:
   Trackers<PointTracker, PointObservation> trackers_;
-  RectifiedPair* pair_;
+  RectifiedImages* images_;
   double rows_move_px_ = 0;
 };
 
 class TrackedLines final : public LineSource {
  public:
-  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier, bool two,
-               RectifiedPair* pair)
-      : trackers_(rectifier.rectified_rig(), two), pair_(pair) {
-    for (int camera = 0; camera < (two ? 2 : 1); ++camera) {
-      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(camera), rectifier.mask(1));
+  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier,
+               const std::vector<CameraGroup>& groups, RectifiedImages* images)
+      : trackers_(rectifier.rectified_rig(), groups),
+        images_(images),
+        turns_(groups.size(), Eigen::Quaterniond::Identity()) {
+    for (const auto& [first, is_pair] : groups) {
+      trackers_.Add(options, rectifier.rectified_rig(), rectifier.mask(first),
+                    is_pair ? rectifier.mask(first + 1) : cv::Mat());
     }
   }
   void Track(const Eigen::Quaterniond& R_now_previous,
              const std::vector<LinePrediction>& predictions,
              const std::vector<Eigen::Vector3d>& axes_camera) override {
-    if (!trackers_.two()) {
-      trackers_.of(0).Track(pair_->left(), pair_->right(), R_now_previous, predictions,
-                            axes_camera);
-      return;
+    std::vector<bool> has_image;
+    for (size_t i = 0; i < trackers_.size(); ++i) {
+      const CameraGroup& group = trackers_.group(i);
+      const Eigen::Quaterniond turn = trackers_.ToGroup(i, R_now_previous);
+      turns_[i] = i == 0 ? turn : turn * turns_[i];  // the first has all images
+      has_image.push_back(!images_->of(group.first).empty());
+      if (!has_image.back()) continue;
+      trackers_.of(i).Track(images_->of(group.first), images_->right_of(group), turns_[i],
+                            OfGroup(i, predictions), trackers_.ToGroup(i, axes_camera));
+      turns_[i].setIdentity();
     }
-    trackers_.of(0).Track(pair_->left(), cv::Mat(), R_now_previous, OfCamera(0, predictions),
-                          axes_camera);
-    turn_of_second_ = trackers_.ToSecond(R_now_previous) * turn_of_second_;
-    const bool sees_second = !pair_->right().empty();
-    if (sees_second) {
-      trackers_.of(1).Track(pair_->right(), cv::Mat(), turn_of_second_, OfCamera(1, predictions),
-                            trackers_.ToSecond(axes_camera));
-      turn_of_second_.setIdentity();
-    }
-    trackers_.Join(sees_second);
+    trackers_.Join(has_image);
   }
   const std::vector<LineObservation>& observations() const override {
     return trackers_.observations();
@@ -203,22 +222,27 @@ class TrackedLines final : public LineSource {
   void Reset() override { trackers_.Reset(); }
 
  private:
-  static std::vector<LinePrediction> OfCamera(int camera,
-                                              const std::vector<LinePrediction>& predictions) {
+  std::vector<LinePrediction> OfGroup(size_t group,
+                                      const std::vector<LinePrediction>& predictions) const {
     std::vector<LinePrediction> own;
     for (LinePrediction prediction : predictions) {
-      if (prediction.camera != camera) continue;
-      prediction.id = IdInTracker(prediction.id);
+      if (prediction.camera != trackers_.group(group).first) continue;
+      prediction.id = trackers_.IdInTracker(prediction.id);
       own.push_back(prediction);
     }
     return own;
   }
 
   Trackers<LineTracker, LineObservation> trackers_;
-  RectifiedPair* pair_;
-  // Since the second camera's last image.
-  Eigen::Quaterniond turn_of_second_ = Eigen::Quaterniond::Identity();
+  RectifiedImages* images_;
+  std::vector<Eigen::Quaterniond> turns_;  // since the groups' last images
 };
+
+// The cameras that a method uses.
+std::vector<CameraGroup> UsedGroups(Method method, const Rig& rig) {
+  if (!UsesTwoCameras(method, rig)) return {{0, false}};
+  return CameraGroups(rig);
+}
 
 // One camera tells nothing of another.
 OdometryOptions ForRig(OdometryOptions options, const Rig& rig) {
@@ -235,10 +259,11 @@ class Odometry::Impl {
       : options_(ForRig(options, rig)),
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
-        two_apart_(UsesTwoCameras(options.method, rig) && LooksApart(rig)),
-        points_(options.points, rectifier_, two_apart_, &pair_),
+        groups_(UsedGroups(options.method, rig)),
+        repeated_(rig.cameras.size()),
+        points_(options.points, rectifier_, groups_, &images_),
         lines_(UsesLines(options.method)
-                   ? std::make_unique<TrackedLines>(options.lines, rectifier_, two_apart_, &pair_)
+                   ? std::make_unique<TrackedLines>(options.lines, rectifier_, groups_, &images_)
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
     estimator_.SetLensShifts(ComputeLensShifts(rig, rectifier_.rectified_rig()));
@@ -254,9 +279,8 @@ class Odometry::Impl {
     }
   }
 
-  std::vector<OnlineState> AddStereo(const StereoImage& image,
-                                     std::function<cv::Mat()> decode_right) {
-    if (Acceptable(image)) pending_.push_back({image, std::move(decode_right)});
+  std::vector<OnlineState> AddStereo(const StereoImage& image, DeferredImages decode) {
+    if (Acceptable(image)) pending_.push_back({image, std::move(decode)});
     if (pending_.size() > kMaxPending) {
       Warn("images dropped whose IMU samples did not arrive");
       pending_.pop_front();
@@ -295,6 +319,7 @@ class Odometry::Impl {
 
   OdometryRun TakeFinished() {
     OdometryRun run;
+    run.rectified_rig = rectifier_.rectified_rig();
     estimator_.DescribeFinished(&taken_, &run);
     ToCameraClock(&run);
     TakeNew(states_, &taken_states_, &run.states);
@@ -305,6 +330,7 @@ class Odometry::Impl {
   OdometryRun Window() {
     Take(estimator_.FinishKeyframe());
     OdometryRun run;
+    run.rectified_rig = rectifier_.rectified_rig();
     estimator_.DescribeWindow(&run);
     for (const auto& [kind, count] : warnings_) run.warnings[kind] += count;
     ToCameraClock(&run);
@@ -321,14 +347,15 @@ class Odometry::Impl {
       Warn("images dropped that came before the first IMU sample");
       return;
     }
-    const bool repeats = repeated_left_.Repeats(image.left);
+    const bool repeats = repeated_[0].Repeats(image.left);
     if (repeats) Take(estimator_.FinishKeyframe());
     if (repeats && !estimator_.RestsUntil(stamp_ns)) {  // at rest images may be the same
       Warn("images dropped that repeat the one before while the rig moves");
       return;
     }
     Take(estimator_.CheckGaps(stamp_ns));
-    pair_.Set(RectifiedLeft(), [this] { return RectifiedRight(); });
+    images_.Set(RectifiedLeft(), CameraCount(rig_),
+                [this](int camera) { return RectifiedImage(camera); });
     TrackPoints(stamp_ns);
     Take(estimator_.FinishKeyframe());
     CorrectRightRectification(stamp_ns);
@@ -337,7 +364,7 @@ class Odometry::Impl {
 
   // Follows what is known of the right camera, so that points are found along the rows.
   void CorrectRightRectification(int64_t stamp_ns) {
-    if (two_apart_) return;
+    if (!groups_[0].is_pair) return;
     if (rig_.right_time_offset_s != 0) {
       TurnRightBack(stamp_ns);
       return;
@@ -393,25 +420,29 @@ class Odometry::Impl {
     return rectifier_.Rectify(current_.image.left, 0);
   }
 
-  // Of the current pair; empty where there is none. Called on keyframes only, once, in the
-  // thread of the points or of the lines; of cameras that look apart, while points are tracked.
-  cv::Mat RectifiedRight() {
-    if (!UsesTwoCameras(options_.method, rig_)) return cv::Mat();
-    const auto& [image, decode_right] = current_;
-    const cv::Mat right = image.right.empty() && decode_right ? decode_right() : image.right;
-    if (right.empty() && !decode_right) return right;
-    if (!Fits(right, 1)) {
+  // Of another camera than the left one; empty where there is none. Called once, of right cameras
+  // on keyframes only, in the thread of the points or of the lines; of others while points are
+  // tracked.
+  cv::Mat RectifiedImage(int camera) {
+    const auto& [image, decode] = current_;
+    const auto deferred = static_cast<size_t>(camera) - 1;
+    const auto decode_it = deferred < decode.size() ? decode[deferred] : nullptr;
+    cv::Mat found = camera < image.cameras() ? image.of(camera) : cv::Mat();
+    if (found.empty() && !decode_it) return found;
+    if (found.empty()) found = decode_it();
+    if (!Fits(found, camera)) {
       Warn("right images left out that were damaged");
       return cv::Mat();
     }
-    const bool repeats = repeated_right_.Repeats(right);
-    if (repeats && two_apart_) Take(estimator_.FinishKeyframe());
+    const bool repeats = repeated_[static_cast<size_t>(camera)].Repeats(found);
+    const bool is_tracked = std::ranges::count(groups_, camera, &CameraGroup::first) > 0;
+    if (repeats && is_tracked) Take(estimator_.FinishKeyframe());
     if (repeats && !estimator_.RestsUntil(StampOnImuClock(image))) {
       Warn("right images ignored that repeat the one before while the rig moves");
       return cv::Mat();
     }
-    if (late_right_) rectifier_.CorrectRight(*late_right_);
-    return rectifier_.Rectify(right, 1);
+    if (camera == 1 && late_right_) rectifier_.CorrectRight(*late_right_);
+    return rectifier_.Rectify(found, camera);
   }
 
   void TrackPoints(int64_t stamp_ns) {
@@ -429,7 +460,12 @@ class Odometry::Impl {
       Warn("images dropped that were repeated or out of order");
       return false;
     }
-    if (!Fits(image.left, 0) || (!image.right.empty() && !Fits(image.right, 1))) {
+    bool fits =
+        Fits(image.left, 0) && (image.others.empty() || image.cameras() <= CameraCount(rig_));
+    for (int i = 1; fits && i < image.cameras(); ++i) {
+      fits = image.of(i).empty() || Fits(image.of(i), i);
+    }
+    if (!fits) {
       Warn("images dropped that were empty or not of the calibrated size and type");
       return false;
     }
@@ -450,11 +486,11 @@ class Odometry::Impl {
 
   OdometryOptions options_;
   Rig rig_;
-  RepeatedImages repeated_left_, repeated_right_;
   Rectifier rectifier_;
   std::optional<RightCorrection> late_right_;  // of the current pair, where it is taken later
-  RectifiedPair pair_;
-  bool two_apart_;  // cameras, both of which are used
+  RectifiedImages images_;
+  std::vector<CameraGroup> groups_;       // that are used
+  std::vector<RepeatedImages> repeated_;  // by camera
   TrackedPoints points_;
   std::unique_ptr<TrackedLines> lines_;  // null for methods on points alone
   Estimator estimator_;
@@ -473,9 +509,8 @@ Odometry::Odometry(const Rig& rig, const OdometryOptions& options, int threads)
     : impl_(std::make_unique<Impl>(rig, options, threads)) {}
 Odometry::~Odometry() = default;
 void Odometry::AddImu(const ImuSample& sample) { impl_->AddImu(sample); }
-std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image,
-                                             std::function<cv::Mat()> decode_right) {
-  return impl_->AddStereo(image, std::move(decode_right));
+std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image, DeferredImages decode) {
+  return impl_->AddStereo(image, std::move(decode));
 }
 double Odometry::ImuAhead_s() const { return impl_->ImuAhead_s(); }
 std::vector<OnlineState> Odometry::Finish() { return impl_->Finish(); }

@@ -34,16 +34,16 @@ class Odometry {
   // Takes one IMU sample. Unsorted, repeated and non-finite samples are counted and dropped.
   void AddImu(const ImuSample& sample);
 
-  // Takes one stereo pair and processes every pair whose IMU samples have arrived (this one waits
-  // otherwise). Returns a state for each pair processed once the estimator is initialised; with
-  // several threads, that of a keyframe is returned by the next call. Unsorted pairs, wrong sizes
-  // and empty left images are counted and dropped. Throws what a thread threw.
+  // Takes one stereo pair, or the images of all cameras, and processes every pair whose IMU samples
+  // have arrived (this one waits otherwise). Returns a state for each pair processed once the
+  // estimator is initialised; with several threads, that of a keyframe is returned by the next
+  // call. Unsorted pairs, wrong sizes and empty left images are counted and dropped. Throws what a
+  // thread threw.
   //
-  // The right image is looked at on keyframes only. To save the decoding of the others, leave it
-  // empty and let decode_right give it: in this or a later call, perhaps in another thread, so it
-  // has to own what it needs.
-  std::vector<OnlineState> AddStereo(const StereoImage& image,
-                                     std::function<cv::Mat()> decode_right = nullptr);
+  // Right images are looked at on keyframes only. To save the decoding of the others, leave all but
+  // the left image empty and let `decode` give them: in this or a later call, perhaps in another
+  // thread, so it has to own what it needs.
+  std::vector<OnlineState> AddStereo(const StereoImage& image, DeferredImages decode = {});
 
   // For how many seconds after an image IMU samples have to be there before it is processed: 0
   // where all rows of a pair are exposed at its stamp.

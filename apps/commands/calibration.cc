@@ -46,15 +46,15 @@ std::string ShowCamera(const Camera& camera) {
 std::string CalibrationTable(const Calibration& calibration) {
   const Rig& rig = calibration.rig;
   std::string text = fmt::format("read        {}\n", calibration.source);
-  const int cameras = HasTwoCameras(rig) ? 2 : 1;
-  for (size_t i = 0; i < static_cast<size_t>(cameras); ++i) {
+  for (size_t i = 0; i < static_cast<size_t>(CameraCount(rig)); ++i) {
     text += fmt::format("cam{}        {}\n", i, ShowCamera(rig.cameras[i]));
     text += fmt::format("T_imu_cam{}  {}\n", i, ShowTransform(rig.T_imu_camera[i]));
   }
-  if (cameras > 1) {
-    const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
-    text += fmt::format("baseline    {:.4f} m; the right camera at {}\n",
-                        T_left_right.translation.norm(), ShowTransform(T_left_right));
+  for (size_t i = 1; i < static_cast<size_t>(CameraCount(rig)); ++i) {
+    const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[i];
+    text += fmt::format("baseline    {:.4f} m; {} at {}\n", T_left_right.translation.norm(),
+                        i == 1 ? "the right camera" : fmt::format("cam{}", i),
+                        ShowTransform(T_left_right));
   }
   const ImuNoise& noise = rig.imu_noise;
   text += fmt::format("offset      {:.2f} ms: stamp on the IMU's clock = camera stamp + this\n",
@@ -108,7 +108,7 @@ void AddCalibrationCommand(CLI::App& app) {
                    "OpenCV, an ASL folder, or a bag; then files that tell what is missing")
       ->required();
   command->add_option("-o,--output", arguments->output, "Kalibr chain to write");
-  command->add_option("--cameras", arguments->cameras, "Cameras of a chain of more than two")
+  command->add_option("--cameras", arguments->cameras, "Which cameras of a chain (default: all)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("I,J");

@@ -61,7 +61,7 @@ namespace {
 // Leaves out of the sequence what moves with the rig.
 CheckReport Check(bool one_camera, Sequence* sequence) {
   Sequence checked = one_camera ? *sequence : SelectPairs(*sequence);
-  if (one_camera) checked.rig.cameras[1] = Camera();
+  if (one_camera) checked.rig.Resize(1);
   RecordedSource source(checked);
   CheckReport report = CheckStart(&source, sequence->imu, StageProgress("check"));
   sequence->rig.masks = source.info().rig.masks;

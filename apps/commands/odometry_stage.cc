@@ -108,6 +108,10 @@ RunSource GetOrigin(const SequenceSource& source, const ConfiguredOptions& optio
     origin.images.push_back({info.pair_stamps_ns[pair],
                              PathWithin(source.ImagePlace(pair, 0), info.name),
                              stereo ? PathWithin(source.ImagePlace(pair, 1), info.name) : ""});
+    for (int camera = 2; camera < CameraCount(info.rig); ++camera) {
+      origin.images.back().other_paths.push_back(
+          PathWithin(source.ImagePlace(pair, camera), info.name));
+    }
   }
   return origin;
 }
@@ -138,7 +142,7 @@ class Feeder {
       // Ctrl-C ends a wait early: the image is not due.
       if (complete_ || (pace_ && Interrupted())) break;
       FeedImuUntil(image->stamp_ns);
-      Take(odometry_.AddStereo(*image, image->decode_right));
+      Take(odometry_.AddStereo(*image, image->decode));
       if (pace_ && !pace_->IsDue()) Take(odometry_.Finish());
       recorder_.Update();
       ++frames_;
@@ -381,6 +385,7 @@ void LogRealTime(const RunTimings& timings) {
 }
 
 const char* DescribeImages(const Rig& rig) {
+  if (CameraCount(rig) > 2) return "groups of images";
   return HasTwoCameras(rig) ? "pairs of images" : "images";
 }
 
@@ -447,8 +452,8 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   if (!IsStereo(sequence.rig) && options.odometry.method != Method::kPointsMono &&
       arguments.opened.cameras.size() != 1) {
     spdlog::warn("{}: found {}: its map has no dense cloud", sequence.folder,
-                 LooksApart(sequence.rig) ? "two cameras that look apart, which are both used"
-                                          : "one camera, which is used alone");
+                 HasTwoCameras(sequence.rig) ? "cameras that look apart, which are all used"
+                                             : "one camera, which is used alone");
   }
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;

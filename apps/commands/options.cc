@@ -32,15 +32,16 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
               ->type_name("LEFT,RIGHT"),
           command
               .add_option("--cameras", options->cameras,
-                          "Which one or two of a rig's cameras are used (default: the best "
-                          "stereo pair)")
+                          "Which of a rig's cameras are used, the right one of a pair behind its "
+                          "left one (default: all)")
               ->delimiter(',')
               ->allow_extra_args(false)
               ->type_name("I,J"),
           command
               .add_option("--topics", options->topics,
-                          "Which topics of a bag are the rig's, any of them; imu= for gyro= and "
-                          "accel= in one (default: by types and names)")
+                          "Which topics of a bag are the rig's, any of them; other= for each "
+                          "further camera; imu= for gyro= and accel= in one (default: by types "
+                          "and names)")
               ->type_name("left=A,right=B,imu=C"),
           AddMilliseconds(command, "--pair-tolerance", &options->max_stereo_offset_s,
                           "Between the stamps of a left and a right image, at most (default: 3)"),

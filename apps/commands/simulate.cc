@@ -176,7 +176,9 @@ void AddBuildingOptions(SimulateArguments& arguments, CLI::App* command) {
 
 void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
   SimulationOptions& options = arguments.simulation;
-  command->add_option("--rig", options.rig, "euroc, tumvi or a file in the form of config/rigs")
+  command
+      ->add_option("--rig", options.rig,
+                   "euroc, tumvi, four_cameras, three_cameras, or a file in their form")
       ->capture_default_str();
   command->add_option("--imu", options.imu,
                       "adis16448, bmi160, phone or perfect; the rig's own without it");

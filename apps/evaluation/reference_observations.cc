@@ -103,7 +103,7 @@ class PairGeometry {
 
 std::optional<EdgeObservation> PlaceLine(const PairGeometry& geometry, const Rig& rig,
                                          const LineObservation& line, int64_t stamp_ns) {
-  if (!line.right_px) return std::nullopt;
+  if (!line.right_px || line.camera != 0) return std::nullopt;  // of the first pair
   const LineSegment left = PlaneFromPixel(rig.cameras[0], line.left_px);
   const LineSegment right = PlaneFromPixel(rig.cameras[1], *line.right_px);
   const std::optional<Placed> start = geometry.PlaceEnd(left, right, 0);
@@ -208,7 +208,7 @@ ReferenceObservations ObservationsOfRun(const OdometryRun& run, const Progress& 
     }
     for (const KeyframeObservation& point : keyframe.observations) {
       std::optional<Placed> place;
-      if (point.right_px) {
+      if (point.right_px && point.camera == 0) {
         place = geometry.PlacePoint(PlaneFromPixel(rig.cameras[0], point.left_px),
                                     PlaneFromPixel(rig.cameras[1], *point.right_px));
       }

@@ -33,7 +33,7 @@ cv::Mat LookAt(const cv::Mat& wall, double x_m) {
 
 int main() {
   slcmap::Rig rig;
-  rig.cameras.fill({slcmap::Distortion::kNone, 640, 480, kFocal_px, kFocal_px, 319.5, 239.5});
+  rig.cameras.assign(2, {slcmap::Distortion::kNone, 640, 480, kFocal_px, kFocal_px, 319.5, 239.5});
   rig.T_imu_camera[1].translation.x() = kBaseline_m;  // the IMU sits in the left camera
   slcmap::Odometry odometry(rig, {});
 

@@ -69,8 +69,10 @@ class LiveOdometry {
   }
 
   std::optional<OnlineState> AddStereo(int64_t stamp_ns, const py::object& left,
-                                       const py::object& right) {
-    const StereoImage image{stamp_ns, ToMat("left", left), ToMat("right", right)};
+                                       const py::object& right,
+                                       const std::vector<py::object>& others) {
+    StereoImage image{stamp_ns, ToMat("left", left), ToMat("right", right)};
+    for (const py::object& other : others) image.others.push_back(ToMat("others", other));
     return Take(Alone([&] { return odometry_.AddStereo(image); }));
   }
 
@@ -161,8 +163,9 @@ void AddOdometry(py::module_& module) {
            "A sample (3 rad/s, 3 m/s2), or n of them (n, n x 3, n x 3), by rising stamps of the "
            "IMU's clock.")
       .def("add_stereo", &LiveOdometry::AddStereo, py::arg("stamp_ns"), py::arg("left"),
-           py::arg("right") = py::none(),
-           "Images of uint8, rows x columns; right is None of one camera. Processes all whose IMU "
+           py::arg("right") = py::none(), py::arg("others") = std::vector<py::object>(),
+           "Images of uint8, rows x columns; right is None of one camera, and others are those of "
+           "the third camera on. Processes all whose IMU "
            "samples have come, and returns the newest State, or None where there is none yet.")
       .def("finish", &LiveOdometry::Finish,
            "Waits for what is under way; the newest State, or None.")

@@ -29,29 +29,38 @@ struct SharedSource {
   }
 };
 
-// A pair, or a single image, whose right image is decoded when it is asked for.
+// The images of a time, of which all but the left one are decoded when they are asked for.
 class Sample {
  public:
-  Sample(int64_t stamp_ns, cv::Mat left, std::function<cv::Mat()> decode_right)
-      : stamp_ns_(stamp_ns), left_(std::move(left)), decode_right_(std::move(decode_right)) {}
+  Sample(int64_t stamp_ns, cv::Mat left, DeferredImages decode)
+      : stamp_ns_(stamp_ns),
+        left_(std::move(left)),
+        others_(decode.size()),
+        decode_(std::move(decode)) {}
 
   int64_t stamp_ns() const { return stamp_ns_; }
   const cv::Mat& left() const { return left_; }
+  size_t others() const { return others_.size(); }
 
-  const cv::Mat& Right() {
-    if (!decode_right_) return right_;
-    right_ = WithoutLock([this, decode = std::exchange(decode_right_, nullptr)] {
+  // Of the second camera on.
+  const cv::Mat& Other(size_t i) {
+    if (!decode_[i]) return others_[i];
+    others_[i] = WithoutLock([this, i, decode = std::exchange(decode_[i], nullptr)] {
       cv::Mat image = decode();
-      if (image.empty()) spdlog::warn("{} ns: the right image cannot be decoded", stamp_ns_);
+      if (image.empty()) {
+        spdlog::warn("{} ns: the {} image cannot be decoded", stamp_ns_,
+                     i == 0 ? "right" : fmt::format("{}th camera's", i + 2));
+      }
       return image;
     });
-    return right_;
+    return others_[i];
   }
 
  private:
   int64_t stamp_ns_;
-  cv::Mat left_, right_;
-  std::function<cv::Mat()> decode_right_;
+  cv::Mat left_;
+  std::vector<cv::Mat> others_;
+  DeferredImages decode_;
 };
 
 class Recording {
@@ -84,14 +93,14 @@ class Recording {
                                   shared_->source->ImagePlace(pair, 0),
                                   Warnings::InWords(left.problem)));
     }
-    std::function<cv::Mat()> decode_right;
-    if (HasTwoCameras(info().rig)) {
-      decode_right = [shared = shared_, pair] {
+    DeferredImages decode;
+    for (int camera = 1; camera < CameraCount(info().rig); ++camera) {
+      decode.push_back([shared = shared_, pair, camera] {
         const std::lock_guard lock(shared->mutex);
-        return shared->source->ReadImage(pair, 1).image;
-      };
+        return shared->source->ReadImage(pair, camera).image;
+      });
     }
-    return {info().pair_stamps_ns[pair], left.image, decode_right};
+    return {info().pair_stamps_ns[pair], left.image, decode};
   }
 
   Trajectory Truth() {
@@ -128,8 +137,7 @@ Sample Next(SharedSource& shared) {
   std::optional<ReadPair> pair =
       shared.With([](SequenceSource& source) { return source.NextPair(); });
   if (!pair) throw py::stop_iteration();
-  return {pair->stamp_ns, pair->left,
-          HasTwoCameras(shared.source->info().rig) ? pair->decode_right : nullptr};
+  return {pair->stamp_ns, pair->left, pair->decode};
 }
 
 std::unique_ptr<Recording> OpenRecording(const std::filesystem::path& path,
@@ -194,9 +202,18 @@ void AddSample(py::module_& module) {
       .def_property_readonly(
           "left", [](const Sample& s) { return ToArray(s.left()); }, "rows x columns, uint8.")
       .def_property_readonly(
-          "right", [](Sample& s) { return ToArray(s.Right()); },
+          "right", [](Sample& s) { return ToArray(s.others() == 0 ? cv::Mat() : s.Other(0)); },
           "The same; decoded when it is asked for first. None where there is one "
           "camera, or where its pixels are damaged.")
+      .def_property_readonly(
+          "images",
+          [](Sample& s) {
+            py::list images;
+            images.append(ToArray(s.left()));
+            for (size_t i = 0; i < s.others(); ++i) images.append(ToArray(s.Other(i)));
+            return images;
+          },
+          "Of all cameras, the left one first; None where there is none.")
       .def("__repr__", [](const Sample& s) {
         return fmt::format("<slcmap.Sample at {} ns, {} x {} px>", s.stamp_ns(), s.left().cols,
                            s.left().rows);

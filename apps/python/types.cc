@@ -131,13 +131,14 @@ ImuNoise MakeNoise(const py::dict& numbers) {
 
 Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
             double camera_time_offset_s, const py::dict& imu_noise, double right_time_offset_s,
-            const std::array<double, 2>& readout_s) {
-  if (cameras.empty() || cameras.size() > 2 || T_imu_camera.size() != cameras.size()) {
+            const std::vector<double>& readout_s) {
+  if (cameras.empty() || T_imu_camera.size() != cameras.size()) {
     throw ConfigError(
-        fmt::format("Rig: found {} cameras and {} T_imu_camera, expected one or two, and as many",
+        fmt::format("Rig: found {} cameras and {} T_imu_camera, expected one or more, and as many",
                     cameras.size(), T_imu_camera.size()));
   }
   Rig rig;
+  rig.Resize(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
     rig.cameras[i] = cameras[i];
     rig.T_imu_camera[i] =
@@ -146,7 +147,8 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
   rig.camera_time_offset_s = camera_time_offset_s;
   rig.imu_noise = MakeNoise(imu_noise);
   rig.right_time_offset_s = right_time_offset_s;
-  rig.readout_s = readout_s;
+  std::copy_n(readout_s.begin(), std::min(readout_s.size(), rig.readout_s.size()),
+              rig.readout_s.begin());
   CheckRig(rig, "Rig");
   return rig;
 }
@@ -155,10 +157,11 @@ std::string DescribeRig(const Rig& rig) {
   const Camera& camera = rig.cameras[0];
   const double baseline_m =
       (rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.norm();
-  return fmt::format(
-      "<slcmap.Rig {} of {} x {} px{}, IMU at {:.0f} Hz>",
-      HasTwoCameras(rig) ? "2 cameras" : "1 camera", camera.width_px, camera.height_px,
-      HasTwoCameras(rig) ? fmt::format(", {:.4f} m apart", baseline_m) : "", rig.imu_noise.rate_hz);
+  return fmt::format("<slcmap.Rig {} of {} x {} px{}, IMU at {:.0f} Hz>",
+                     HasTwoCameras(rig) ? fmt::format("{} cameras", CameraCount(rig)) : "1 camera",
+                     camera.width_px, camera.height_px,
+                     HasTwoCameras(rig) ? fmt::format(", {:.4f} m apart", baseline_m) : "",
+                     rig.imu_noise.rate_hz);
 }
 
 Rig LoadRig(const std::filesystem::path& path) {
@@ -168,13 +171,12 @@ Rig LoadRig(const std::filesystem::path& path) {
   });
 }
 
-std::ptrdiff_t CameraCount(const Rig& rig) { return HasTwoCameras(rig) ? 2 : 1; }
-
 void AddRigClass(py::module_& module) {
-  py::class_<Rig>(module, "Rig", "One or two cameras, the left one first, and an IMU.")
+  py::class_<Rig>(module, "Rig",
+                  "Cameras, the left one of a pair before the right one, and an IMU.")
       .def(py::init(&MakeRig), py::arg("cameras"), py::arg("T_imu_camera"),
            py::arg("camera_time_offset_s") = 0.0, py::arg("imu_noise") = py::dict(),
-           py::arg("right_time_offset_s") = 0.0, py::arg("readout_s") = std::array<double, 2>{},
+           py::arg("right_time_offset_s") = 0.0, py::arg("readout_s") = std::vector<double>{},
            "T_imu_camera: a 4 x 4 matrix a camera. A stamp on the IMU's clock is the camera's plus "
            "the offset. Of cameras that are not triggered together, the right image is taken so "
            "much after the left one; readout_s of a rolling shutter is from the first row to the "
@@ -210,7 +212,7 @@ void AddRigClass(py::module_& module) {
           "Continuous densities, with their units in the keys, and rate_hz.")
       .def_readonly("camera_time_offset_s", &Rig::camera_time_offset_s)
       .def_readonly("right_time_offset_s", &Rig::right_time_offset_s)
-      .def_readonly("readout_s", &Rig::readout_s, "2, seconds; 0 of a global shutter.")
+      .def_readonly("readout_s", &Rig::readout_s, "A camera each, seconds; 0 of a global shutter.")
       .def("__repr__", &DescribeRig);
 }
 

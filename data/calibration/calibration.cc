@@ -149,6 +149,7 @@ void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& 
   std::vector<const ChainCamera*> used;
   for (const size_t i : ChooseCameras(chain, wanted)) used.push_back(&chain[i]);
   calibration->cameras = {};
+  calibration->rig.Resize(used.size());
   for (size_t i = 0; i < used.size(); ++i) {
     calibration->rig.cameras[i] = used[i]->camera;
     calibration->rig.T_imu_camera[i] = used[i]->T_imu_camera;
@@ -237,18 +238,21 @@ Calibration ReadPartsAlone(const std::vector<std::string>& paths, const std::str
 }  // namespace
 
 void CheckRig(const Rig& rig, const std::string& place) {
-  const double baseline_m =
-      (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
-  if (IsStereo(rig) && !(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
+  for (const auto& [first, is_pair] : CameraGroups(rig)) {
+    const double baseline_m =
+        is_pair
+            ? (rig.T_imu_camera[first].translation - rig.T_imu_camera[first + 1].translation).norm()
+            : kMinBaseline_m;
+    if (baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m) continue;
     throw InputFault("calibration",
                      fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
                                  baseline_m, kMinBaseline_m, kMaxBaseline_m),
-                     fmt::format("correct the translations of cam0 and cam1 in {} (T_BS, T_cam_imu "
-                                 "or T_imu_cam): metres, not millimetres, and not the same twice; "
-                                 "or name two that are apart with --cameras, or one",
-                                 place));
+                     fmt::format("correct the translations of cam{} and cam{} in {} (T_BS, "
+                                 "T_cam_imu or T_imu_cam): metres, not millimetres, and not the "
+                                 "same twice; or name two that are apart with --cameras, or one",
+                                 first, first + 1, place));
   }
-  for (int i = 0; i < 2; ++i) {
+  for (size_t i = 0; i < rig.T_imu_camera.size(); ++i) {
     const double lever_m = rig.T_imu_camera[i].translation.norm();
     if (!(lever_m <= kMaxLever_m)) {
       throw InputFault("calibration",
@@ -357,12 +361,12 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 
 void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
   std::string text;
-  for (int i = 0; i < (HasTwoCameras(rig) ? 2 : 1); ++i) {
-    const double shift_s = rig.camera_time_offset_s + (i == 1 ? rig.right_time_offset_s : 0);
+  for (int i = 0; i < CameraCount(rig); ++i) {
+    const double shift_s = rig.camera_time_offset_s + TimeOffset_s(rig, i);
     text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i], shift_s,
                          rig.readout_s[i]);
-    if (i == 1) {
-      text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0]);
+    if (i > 0) {
+      text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[i].Inverse() * rig.T_imu_camera[i - 1]);
     }
   }
   const ImuNoise& noise = rig.imu_noise;

@@ -12,7 +12,7 @@ namespace slcmap::inline data {
 struct Calibration {
   Rig rig;
   std::string source;         // the files and the transforms read from them, for the user to see
-  std::vector<int> cameras;   // that the rig is of: 0 and 1 of "cam0", "cam1", or others of a chain
+  std::vector<int> cameras;   // that the rig is of: 0 and 1 of "cam0", "cam1", in the rig's order
   std::string without_noise;  // the file that lacks the IMU's noise: a typical one is taken
 };
 
@@ -23,12 +23,12 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings,
                                Mirrored mirrored = Mirrored::kRefused,
                                const std::vector<int>& cameras = {});
 
-// Reads a Kalibr camera chain: cam0 and, unless the rig has one camera, cam1, each with T_cam_imu
-// (imu to camera) or T_imu_cam (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it
-// has neither. imu_path is Kalibr's or OpenVINS' IMU file (its keys at the top or under imu0), with
-// what ReadImuCorrection takes, T_i_b (imu0, whose pose the cameras tell, to this IMU) and
-// time_offset (stamp of imu0 = stamp of this IMU + offset): the rig is brought to the frame and
-// clock of this IMU's samples. "" assumes a typical noise, see without_noise.
+// Reads a Kalibr camera chain: cam0 and any others, each with T_cam_imu (imu to camera) or
+// T_imu_cam (camera to imu), or with T_cn_cnm1 (from the camera before) if it has neither. imu_path
+// is Kalibr's or OpenVINS' IMU file (its keys at the top or under imu0), with what
+// ReadImuCorrection takes, T_i_b (imu0, whose pose the cameras tell, to this IMU) and time_offset
+// (stamp of imu0 = stamp of this IMU + offset): the rig is brought to the frame and clock of this
+// IMU's samples. "" assumes a typical noise, see without_noise.
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
                                   Warnings* warnings, Mirrored mirrored = Mirrored::kRefused,
                                   const std::vector<int>& cameras = {});
@@ -52,9 +52,9 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings,
                             Mirrored mirrored = Mirrored::kRefused,
                             const std::vector<int>& cameras = {});
 
-// `cameras` are the one or two that the rig is to be of; without, the best stereo pair of a chain
-// (data/calibration/camera_words.h). The time shift is that of the first. Where the second's is at
-// most 1 ms off, both are taken to be triggered together, with a warning; where it is at most
+// `cameras` are those that the rig is to be of; without, all (ChooseCameras() in
+// data/calibration/camera_words.h). The time shift is that of the first. Where another's is at most
+// 1 ms off, both are taken to be triggered together, with a warning; where it is at most
 // kMaxRightOffset_s off, that is Rig::right_time_offset_s; beyond is an error.
 //
 // Keys that the formats define and that nothing needs (rostopic, cam_overlaps, comment) are passed

@@ -35,24 +35,25 @@ void ReadTimes(YamlSection* section, ChainCamera* camera) {
 
 void TakeTimes(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
   for (size_t i = 0; i < used.size(); ++i) rig->readout_s[i] = used[i]->readout_s;
-  rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
-  const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
-  const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
-  if (apart_s > kMinRightOffset_s && apart_s <= kMaxRightOffset_s) {
-    rig->right_time_offset_s = shift_s - rig->camera_time_offset_s;
-    return;
+  const double first_s = rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
+  for (size_t i = 1; i < used.size(); ++i) {
+    const double later_s = used[i]->time_shift_s.value_or(first_s) - first_s;
+    if (!(std::abs(later_s) <= kMaxRightOffset_s)) {
+      throw InputFault(
+          "calibration",
+          fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[i]->place,
+                      kTimeShift, first_s + later_s, used[0]->index, first_s, kMaxRightOffset_s),
+          fmt::format("trigger the cameras together, or bring the stamps of cam{} to the clock of "
+                      "cam{}, and write the latter's shift as {}",
+                      used[i]->index, used[0]->index, KeyInFile(used[i]->place, kTimeShift)));
+    }
+    const bool is_apart = std::abs(later_s) > kMinRightOffset_s;
+    if (i == 1) rig->right_time_offset_s = is_apart ? later_s : 0;
+    if (i > 1) rig->other_time_offsets_s.push_back(is_apart ? later_s : 0);
+    if (!is_apart && std::abs(later_s) > kSameShift_s) {
+      warnings->Add(kTimeShiftsDiffer, used[i]->place);
+    }
   }
-  if (!(apart_s <= kMaxRightOffset_s)) {
-    throw InputFault(
-        "calibration",
-        fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
-                    kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
-                    kMaxRightOffset_s),
-        fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
-                    "cam{}, and write the latter's shift as {}",
-                    used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
-  }
-  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, used[1]->place);
 }
 
 }  // namespace slcmap::data

@@ -282,11 +282,11 @@ std::vector<size_t> FindWanted(const std::vector<ChainCamera>& chain,
   std::vector<size_t> chosen;
   for (const int index : wanted) {
     const auto camera = std::ranges::find(chain, index, &ChainCamera::index);
-    if (camera == chain.end() || std::ranges::count(wanted, index) > 1 || wanted.size() > 2) {
+    if (camera == chain.end() || std::ranges::count(wanted, index) > 1) {
       std::string names;
       for (const ChainCamera& known : chain) names += fmt::format(" cam{}", known.index);
       throw InputFault("cameras",
-                       fmt::format("--cameras: found {}, expected one or two different ones of{}",
+                       fmt::format("--cameras: found {}, expected different ones of{}",
                                    fmt::join(wanted, ","), names),
                        "name cameras that the calibration has, as --cameras 0,1");
     }
@@ -300,19 +300,25 @@ std::vector<size_t> FindWanted(const std::vector<ChainCamera>& chain,
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted) {
   if (!wanted.empty()) return FindWanted(chain, wanted);
-  if (chain.size() == 1) return {0};
-  if (chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1) return {0, 1};
-  std::vector<size_t> best;
-  double most = 0;
-  for (size_t i = 0; i < chain.size(); ++i) {
-    for (size_t j = i + 1; j < chain.size(); ++j) {
-      const double useful = Usefulness(chain[i], chain[j]);
-      if (useful <= kClearlyBetter * most) continue;
-      most = useful;
-      best = {i, j};
+  std::vector<size_t> chosen, left;
+  for (size_t i = 0; i < chain.size(); ++i) left.push_back(i);
+  while (chain.size() > 2) {
+    std::vector<size_t> best;
+    double most = 0;
+    for (const size_t i : left) {
+      for (const size_t j : left) {
+        const double useful = i < j ? Usefulness(chain[i], chain[j]) : 0;
+        if (useful <= kClearlyBetter * most) continue;
+        most = useful;
+        best = {i, j};
+      }
     }
+    if (best.empty()) break;
+    chosen.insert(chosen.end(), best.begin(), best.end());
+    std::erase_if(left, [&](size_t i) { return std::ranges::count(best, i) > 0; });
   }
-  return best.empty() ? std::vector<size_t>{0, 1} : best;
+  chosen.insert(chosen.end(), left.begin(), left.end());
+  return chosen;
 }
 
 }  // namespace slcmap::data

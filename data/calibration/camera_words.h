@@ -46,10 +46,10 @@ struct ChainCamera {
   double readout_s = 0;                // see Rig
 };
 
-// Positions in the chain of the cameras that are used: those of the `wanted` indices, one or two;
-// else the only one, or the two of which the first sees most of what the second one sees, from
-// places that are apart; the first two where no two look the same way. Throws InputFault for wanted
-// cameras that the chain has not.
+// Positions in the chain of the cameras that are used: those of the `wanted` indices; else all, as
+// Rig has them: the two of which the first sees most of what the second one sees, from places that
+// are apart, then the next such pair, and last those that look another way. Throws InputFault for
+// wanted cameras that the chain has not.
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);
 

@@ -40,18 +40,19 @@ cv::Mat ReadMask(const std::string& path, const Camera& camera) {
 }  // namespace
 
 void ReadMasks(const std::vector<std::string>& paths, Rig* rig) {
-  const size_t cameras = HasTwoCameras(*rig) ? 2 : 1;
+  const auto cameras = static_cast<size_t>(CameraCount(*rig));
   if (paths.size() > cameras) {
     throw InputFault("mask",
                      fmt::format("--mask: found {} masks, expected one a camera, {} at most",
                                  paths.size(), cameras),
-                     "name the left camera's mask, then the right one's");
+                     "name the left camera's mask, then the right one's, and those of others");
   }
   for (size_t i = 0; i < paths.size(); ++i) {
     if (paths[i] != kNoMask) rig->masks[i] = ReadMask(paths[i], rig->cameras[i]);
   }
-  const bool any = !rig->masks[0].empty() || !rig->masks[1].empty();
-  if (any && LeftOut(rig->masks[0]) + LeftOut(rig->masks[1]) == 0) {
+  const auto is_given = [](const cv::Mat& mask) { return !mask.empty(); };
+  const auto leaves_out = [](const cv::Mat& mask) { return LeftOut(mask) > 0; };
+  if (std::ranges::any_of(rig->masks, is_given) && std::ranges::none_of(rig->masks, leaves_out)) {
     throw InputFault(
         "mask",
         fmt::format("{}: found no white, expected white where nothing is to be looked at",

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
@@ -17,13 +18,23 @@ void TakeMissing(const std::optional<T>& other, std::optional<T>* part) {
 
 // Poses that follow from others.
 void DerivePoses(RigParts* parts) {
-  auto& [left, right] = parts->T_imu_camera;
+  auto &left = parts->T_imu_camera[0], &right = parts->T_imu_camera[1];
   if (!parts->T_left_right) return;
   if (left && !right) right = *left * *parts->T_left_right;
   if (right && !left) left = *right * parts->T_left_right->Inverse();
 }
 
-std::vector<std::string> ListMissing(const RigParts& parts) {
+// Of the third camera on, those that are wanted.
+std::vector<size_t> OthersMissing(const RigParts& parts, const std::vector<int>& wanted) {
+  std::vector<size_t> missing;
+  for (const int camera : wanted) {
+    const auto i = static_cast<size_t>(camera);
+    if (i > 1 && (!parts.cameras[i] || !parts.T_imu_camera[i])) missing.push_back(i);
+  }
+  return missing;
+}
+
+std::vector<std::string> ListMissing(const RigParts& parts, const std::vector<int>& wanted) {
   std::vector<std::string> missing;
   const bool stereo = parts.has_right;
   if (!parts.cameras[0]) missing.push_back("the left camera's intrinsics");
@@ -32,11 +43,15 @@ std::vector<std::string> ListMissing(const RigParts& parts) {
   if (stereo && !parts.T_imu_camera[1] && !parts.T_left_right) {
     missing.push_back("the right camera's pose to the left one");
   }
+  for (const size_t i : OthersMissing(parts, wanted)) {
+    if (!parts.cameras[i]) missing.push_back(fmt::format("cam{}'s intrinsics", i));
+    if (!parts.T_imu_camera[i]) missing.push_back(fmt::format("cam{}'s pose to the IMU", i));
+  }
   return missing;
 }
 
 // A file that says what is missing.
-std::string ShowTemplate(const RigParts& parts) {
+std::string ShowTemplate(const RigParts& parts, const std::vector<int>& wanted) {
   constexpr const char* kRows = "[[r, r, r, x], [r, r, r, y], [r, r, r, z], [0, 0, 0, 1]]";
   constexpr const char* kCamera =
       "camera_model: pinhole, intrinsics: [fx, fy, cx, cy], distortion_model: radtan, "
@@ -56,6 +71,9 @@ std::string ShowTemplate(const RigParts& parts) {
   } else if (lacks_right_pose) {
     add(1, std::string("T_imu_cam: ") + kRows);
   }
+  for (const size_t i : OthersMissing(parts, wanted)) {
+    add(static_cast<int>(i), std::string(kCamera) + ", T_imu_cam: " + kRows);
+  }
   return text;
 }
 
@@ -63,19 +81,23 @@ std::string ShowTemplate(const RigParts& parts) {
 std::vector<int> ChooseParts(const std::vector<int>& wanted, const std::string& place,
                              RigParts* parts) {
   if (wanted == std::vector{0}) parts->has_right = false;
-  const int count = parts->has_right ? 2 : 1;
-  const bool are_there =
-      wanted.size() <= 2 && std::ranges::all_of(wanted, [&](int camera) {
-        return camera >= 0 && camera < count && std::ranges::count(wanted, camera) == 1;
-      });
+  const int count = parts->has_right ? static_cast<int>(parts->cameras.size()) : 1;
+  const bool are_there = std::ranges::all_of(wanted, [&](int camera) {
+    return camera >= 0 && camera < count && std::ranges::count(wanted, camera) == 1;
+  });
   if (!are_there) {
     throw InputFault("cameras",
                      fmt::format("--cameras: found {}, expected {} of {}", fmt::join(wanted, ","),
-                                 count == 2 ? "0, 1 or both" : "0", place),
+                                 count == 1   ? "0"
+                                 : count == 2 ? "0, 1 or both"
+                                              : fmt::format("some of 0 to {}", count - 1),
+                                 place),
                      "name cameras that the calibration has, as --cameras 0,1");
   }
   if (!wanted.empty()) return wanted;
-  return count == 2 ? std::vector{0, 1} : std::vector{0};
+  std::vector<int> all(static_cast<size_t>(count));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 std::string Join(const std::vector<std::string>& words) {
@@ -85,7 +107,8 @@ std::string Join(const std::vector<std::string>& words) {
 }  // namespace
 
 void AddParts(const RigParts& others, RigParts* parts) {
-  for (size_t i = 0; i < 2; ++i) {
+  parts->Reserve(others.cameras.size());
+  for (size_t i = 0; i < others.cameras.size(); ++i) {
     TakeMissing(others.cameras[i], &parts->cameras[i]);
     TakeMissing(others.T_imu_camera[i], &parts->T_imu_camera[i]);
     TakeMissing(others.readout_s[i], &parts->readout_s[i]);
@@ -101,7 +124,9 @@ void AddParts(const RigParts& others, RigParts* parts) {
 bool IsWhole(const RigParts& some) {
   RigParts parts = some;
   DerivePoses(&parts);
-  return ListMissing(parts).empty();
+  std::vector<int> all(parts.cameras.size());
+  std::iota(all.begin(), all.end(), 0);
+  return ListMissing(parts, all).empty();
 }
 
 Calibration MakeCalibration(const RigParts& some, const std::string& place,
@@ -109,7 +134,7 @@ Calibration MakeCalibration(const RigParts& some, const std::string& place,
   RigParts parts = some;
   const std::vector<int> cameras = ChooseParts(wanted, place, &parts);
   DerivePoses(&parts);
-  const std::vector<std::string> missing = ListMissing(parts);
+  const std::vector<std::string> missing = ListMissing(parts, cameras);
   if (!missing.empty()) {
     throw InputFault(
         "calibration",
@@ -117,11 +142,12 @@ Calibration MakeCalibration(const RigParts& some, const std::string& place,
         fmt::format("say it in rig.yaml, which is named with --calibration (beside what was "
                     "found, by commas): {}, T_imu_cam with a rotation and metres, from the "
                     "camera's frame to the IMU's; or name a whole Kalibr chain",
-                    ShowTemplate(parts)));
+                    ShowTemplate(parts, cameras)));
   }
   Calibration calibration;
   Rig& rig = calibration.rig;
   calibration.cameras = cameras;
+  rig.Resize(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
     const auto of = static_cast<size_t>(cameras[i]);
     rig.cameras[i] = *parts.cameras[of];

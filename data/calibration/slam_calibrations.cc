@@ -269,7 +269,8 @@ void ReadBasalt(YamlSection* file, Gathered* gathered) {
   }
   RigParts& parts = gathered->parts;
   parts.has_right = cameras.size() > 1;
-  for (size_t i = 0; i < std::min<size_t>(2, cameras.size()); ++i) {
+  parts.Reserve(cameras.size());
+  for (size_t i = 0; i < cameras.size(); ++i) {
     parts.cameras[i] = ReadBasaltCamera(&cameras[i], ResolutionFrom(sizes[i], root, "resolution"));
     parts.T_imu_camera[i] = ReadBasaltPose(&poses[i]);
   }

@@ -349,6 +349,13 @@ void CheckStereoRig(const Rig& rig, CheckReport* report) {
 
 void CheckCalibration(const Rig& rig, CheckReport* report) {
   const Camera& left = rig.cameras[0];
+  if (CameraCount(rig) > 2) {  // of two it is usual
+    const auto groups = CameraGroups(rig);
+    report->AddFigure("cameras", CameraCount(rig), "");
+    report->AddFigure("pairs among them",
+                      static_cast<double>(std::ranges::count_if(groups, &CameraGroup::is_pair)),
+                      "");
+  }
   report->AddFigure("calibrated width", left.width_px, "px");
   report->AddFigure("calibrated height", left.height_px, "px");
   report->AddFigure("focal length", left.fx_px, "px");
@@ -394,7 +401,7 @@ Repeats FindRepeats(const SequenceSource& source, int camera, const Progress& pr
 
 void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report) {
   const SourceInfo& info = source.info();
-  const int cameras = HasTwoCameras(info.rig) ? 2 : 1;
+  const int cameras = CameraCount(info.rig);
   for (int camera = 0; camera < cameras; ++camera) {
     const Repeats repeats = FindRepeats(
         source, camera, progress.Part(1.0 * camera / cameras, (camera + 1.0) / cameras));
@@ -415,11 +422,74 @@ void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckR
   }
 }
 
+namespace {
+
+// The images of a pair of a rig of more cameras, as of a rig of their own.
+class OnePair final : public SequenceSource {
+ public:
+  OnePair(const SequenceSource& all, int left) : all_(all), left_(left), info_(all.info()) {
+    const Rig& rig = all.info().rig;
+    info_.rig.Resize(2);
+    info_.cameras.clear();
+    for (size_t i = 0; i < 2; ++i) {
+      const size_t camera = static_cast<size_t>(left) + i;
+      info_.rig.cameras[i] = rig.cameras[camera];
+      info_.rig.T_imu_camera[i] = rig.T_imu_camera[camera];
+      info_.rig.masks[i] = rig.masks[camera];
+      info_.cameras.push_back(all.info().cameras[camera]);
+    }
+    info_.rig.right_time_offset_s = TimeOffset_s(rig, left + 1) - TimeOffset_s(rig, left);
+  }
+
+  const SourceInfo& info() const override { return info_; }
+  void SetMasks(const std::vector<cv::Mat>& masks) override { info_.rig.masks = masks; }
+  std::optional<ReadPair> NextPair(int64_t) override { return std::nullopt; }
+  std::optional<ImuSample> NextImu() override { return std::nullopt; }
+  Warnings warnings() const override { return {}; }
+  Trajectory ReadTruth() const override { return {}; }
+  ImageRead ReadImage(size_t pair, int camera) const override {
+    return all_.ReadImage(pair, left_ + camera);
+  }
+  const char* FindProblem(size_t pair, int camera) const override {
+    return all_.FindProblem(pair, left_ + camera);
+  }
+  bool IsRepeated(size_t pair, int camera) const override {
+    return all_.IsRepeated(pair, left_ + camera);
+  }
+  std::string ImagePlace(size_t pair, int camera) const override {
+    return all_.ImagePlace(pair, left_ + camera);
+  }
+
+ private:
+  const SequenceSource& all_;
+  const int left_;
+  SourceInfo info_;
+};
+
+// Figures and corrections are those of the first pair.
+void CheckOtherPairs(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  for (const auto& [left, is_pair] : CameraGroups(source.info().rig)) {
+    if (left == 0 || !is_pair) continue;
+    const OnePair pair(source, left);
+    CheckReport of_pair;
+    of_pair.cameras = pair.info().cameras;
+    CheckStereo(pair, progress, &of_pair);
+    for (CheckFinding finding : of_pair.findings) {
+      finding.found += fmt::format(" ({} and {})", of_pair.cameras[0], of_pair.cameras[1]);
+      finding.remedy += "; or name the other cameras with --cameras";
+      report->findings.push_back(finding);
+    }
+  }
+}
+
+}  // namespace
+
 void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
                    const Progress& progress, CheckReport* report) {
   const Rig& rig = source.info().rig;
   if (IsStereo(rig)) {
     CheckStereo(source, progress.Part(0, 0.4), report);
+    CheckOtherPairs(source, progress.Part(0.4, 0.4), report);
     // Without images that say better, what the calibration says by itself.
     if (report->Usable()) CheckStereoRig(rig, report);
   }

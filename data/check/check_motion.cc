@@ -350,7 +350,7 @@ void CheckMirrored(const std::string& path, SequenceOptions options, const Progr
     const auto source = OpenSource(path, options);
     const std::vector<ImuSample> samples = AllSamples(source.get());
     Rig rig = source->info().rig;
-    rig.cameras[1] = Camera();  // where it is against the left one is not known
+    rig.Resize(1);  // where it is against the left one is not known
     const auto parts = LiveliestParts(source->info(), samples, kLookedAt_s);
     const std::string words =
         MirroredAxes(AlignTurns(FollowImages(*source, rig, parts, progress).turns, samples,

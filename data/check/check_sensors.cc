@@ -56,7 +56,7 @@ const char* ProblemRemedy(const std::string& problem) {
   return "copy the sequence again; such images are skipped";
 }
 
-int CameraCount(const SequenceSource& source) { return HasTwoCameras(source.info().rig) ? 2 : 1; }
+int CameraCount(const SequenceSource& source) { return CameraCount(source.info().rig); }
 
 // How many images have a problem, and the first of them.
 using Problems = std::map<std::string, Warnings::Entry>;
@@ -103,18 +103,20 @@ struct Swing {
 
 // What the pixels of a sample of the images show.
 struct Sample {
-  std::array<CameraCounts, 2> cameras;
-  std::array<std::vector<Swing>, 2> swings;  // where there are enough images
-  Problems problems;                         // that only decoding finds
+  std::vector<CameraCounts> cameras;
+  std::vector<std::vector<Swing>> swings;  // by camera, where there are enough images
+  Problems problems;                       // that only decoding finds
   int64_t images = 0, pairs = 0, same = 0;
 };
 
 Sample LookAtSample(const SequenceSource& source, const Progress& progress) {
   Sample sample;
+  sample.cameras.resize(source.info().rig.cameras.size());
+  sample.swings.resize(sample.cameras.size());
   const size_t pairs = source.info().pair_stamps_ns.size();
   for (size_t i = 0; i < pairs; i += std::max<size_t>(1, pairs / kSamples)) {
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
-    std::array<cv::Mat, 2> images;
+    std::vector<cv::Mat> images(sample.cameras.size());
     for (int camera = 0; camera < CameraCount(source); ++camera) {
       if (source.FindProblem(i, camera) != nullptr) continue;  // is a finding already
       const ImageRead read = source.ReadImage(i, camera);
@@ -163,7 +165,7 @@ void CheckFiles(const SequenceSource& source, size_t step, const Progress& progr
                 CheckReport* report) {
   const size_t pairs = source.info().pair_stamps_ns.size();
   const char* sampled = step > 1 ? "sampled " : "";
-  std::array<Problems, 2> problems;
+  std::vector<Problems> problems(source.info().rig.cameras.size());
   int64_t looked_at = 0, unusable = 0;
   for (size_t i = 0; i < pairs; i += step) {
     if (i % 16 == 0) progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));

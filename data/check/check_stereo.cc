@@ -35,7 +35,7 @@ struct PixelPair {
   Eigen::Vector2d left_px, right_px;
 };
 
-void MatchFeatures(const cv::Mat& left, const cv::Mat& right, const std::array<cv::Mat, 2>& masks,
+void MatchFeatures(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Mat>& masks,
                    std::vector<PixelPair>* pairs) {
   if (left.empty() || right.empty()) return;
   const auto orb = cv::ORB::create(kStereoFeatures);

@@ -206,7 +206,7 @@ void UsePieces(std::vector<PairPiece> pieces, Sequence* sequence) {
 
 // "cam1 loses a frame" and the like, where a piece begins.
 std::string SlipWords(const LagPiece& before, const LagPiece& piece,
-                      const std::array<std::string, 2>& cameras) {
+                      const std::vector<std::string>& cameras) {
   const std::array<int, 2> lost = {piece.late - before.late,
                                    piece.late - piece.later - before.late + before.later};
   std::string words;
@@ -254,7 +254,7 @@ bool MendSlips(const IntervalFinder& finder, const Progress& progress, Sequence*
 // against it: between the parts before and after a pair.
 bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progress& progress) {
   Rig rig = sequence.rig;
-  rig.cameras[1] = Camera();
+  rig.Resize(1);
   Sequence left = sequence;
   left.rig = rig;
   const RecordedSource source(left);

@@ -34,10 +34,10 @@ bool TurnRight(const std::vector<CheckCorrection>& corrections);
 
 struct CheckReport {
   std::string sequence;
-  std::string calibration;                                // where it was read, and which transforms
-  std::array<std::string, 2> cameras = {"cam0", "cam1"};  // in whose place remedies name these
-  std::string form;                                       // how the recording is kept
-  std::vector<RecordedTopic> topics;                      // of one in a bag
+  std::string calibration;                              // where it was read, and which transforms
+  std::vector<std::string> cameras = {"cam0", "cam1"};  // in whose place remedies name these
+  std::string form;                                     // how the recording is kept
+  std::vector<RecordedTopic> topics;                    // of one in a bag
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
   std::vector<CheckCorrection> corrections;

@@ -380,36 +380,47 @@ cv::Mat FindInCamera(const SequenceSource& source, const std::vector<Turn>& turn
   return cells.Mask();
 }
 
-// Of what was found, what given masks do not leave out: they are inverted, or miss a camera.
-void WarnOfSeen(const std::array<cv::Mat, 2>& found, const std::array<cv::Mat, 2>& given,
-                CheckReport* report) {
-  constexpr double kMostSeen = 0.05;  // of the image; a border by hand may differ by less
-  std::array<double, 2> seen{};
-  for (int i = 0; i < 2; ++i) {
-    if (!found[i].empty())
-      seen[i] = LeftOut(given[i].empty() ? found[i] : found[i] | (given[i] == 0));
+// Shares of the images of the cameras.
+std::string SharesInWords(const std::vector<double>& shares, const SourceInfo& info) {
+  if (shares.size() == 2) {
+    return fmt::format("{:.0f} % of the left and {:.0f} % of the right image", 100 * shares[0],
+                       100 * shares[1]);
   }
-  if (std::max(seen[0], seen[1]) < kMostSeen) return;
-  report->Warn(
-      "mask",
-      fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig, "
-                  "where the masks leave out nothing",
-                  100 * seen[0], 100 * seen[1]),
-      "give a mask for each camera, white where the rig or its carrier is seen; or leave "
-      "--mask away");
+  std::string words;
+  for (size_t i = 0; i < shares.size(); ++i) {
+    words += fmt::format("{}{:.0f} % of {}", i == 0 ? "" : ", ", 100 * shares[i], info.cameras[i]);
+  }
+  return words;
+}
+
+// Of what was found, what given masks do not leave out: they are inverted, or miss a camera.
+void WarnOfSeen(const std::vector<cv::Mat>& found, const SourceInfo& info, CheckReport* report) {
+  constexpr double kMostSeen = 0.05;  // of the image; a border by hand may differ by less
+  const std::vector<cv::Mat>& given = info.rig.masks;
+  std::vector<double> seen;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const cv::Mat both =
+        given[i].empty() || found[i].empty() ? found[i] : found[i] | (given[i] == 0);
+    seen.push_back(LeftOut(both));
+  }
+  if (std::ranges::max(seen) < kMostSeen) return;
+  report->Warn("mask",
+               SharesInWords(seen, info) + " move with the rig, where the masks leave out nothing",
+               "give a mask for each camera, white where the rig or its carrier is seen; or leave "
+               "--mask away");
 }
 
 }  // namespace
 
-std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
-                                   const std::vector<ImuSample>& samples,
-                                   const Progress& progress) {
+std::vector<cv::Mat> FindCarried(const SequenceSource& source,
+                                 const std::vector<ImuSample>& samples, const Progress& progress) {
   const std::vector<Turn> turns = LargestTurns(source.info(), samples);
-  std::array<cv::Mat, 2> masks;
+  const int count = CameraCount(source.info().rig);
+  std::vector<cv::Mat> masks(source.info().rig.cameras.size());
   if (turns.size() < static_cast<size_t>(kMinComparisons[CarriedCells::kOfOneTurn])) return masks;
-  for (int camera = 0; camera < (HasTwoCameras(source.info().rig) ? 2 : 1); ++camera) {
-    masks[camera] =
-        FindInCamera(source, turns, camera, progress.Part(0.5 * camera, 0.5 + 0.5 * camera));
+  for (int camera = 0; camera < count; ++camera) {
+    masks[camera] = FindInCamera(source, turns, camera,
+                                 progress.Part(1.0 * camera / count, (camera + 1.0) / count));
   }
   return masks;
 }
@@ -417,28 +428,29 @@ std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
 void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
                   const Progress& progress, CheckReport* report) {
   const Rig& rig = source->info().rig;
-  for (int i = 0; i < 2; ++i) {
+  for (size_t i = 0; i < rig.masks.size(); ++i) {
     if (rig.masks[i].empty()) continue;
     report->AddFigure(fmt::format("left out of {} by its mask", source->info().cameras[i]),
                       100 * LeftOut(rig.masks[i]), "%");
   }
-  const bool given = !rig.masks[0].empty() || !rig.masks[1].empty();
+  const auto is_there = [](const cv::Mat& mask) { return !mask.empty(); };
+  const bool given = std::ranges::any_of(rig.masks, is_there);
   if (!source->info().finds_carried && !given) return;
-  const std::array<cv::Mat, 2> masks = FindCarried(*source, samples, progress);
-  if (masks[0].empty() && masks[1].empty()) return;
+  const std::vector<cv::Mat> masks = FindCarried(*source, samples, progress);
+  if (std::ranges::none_of(masks, is_there)) return;
   if (given) {
-    WarnOfSeen(masks, rig.masks, report);
+    WarnOfSeen(masks, source->info(), report);
     return;
   }
+  std::vector<double> shares;
+  for (const cv::Mat& mask : masks) shares.push_back(LeftOut(mask));
   source->SetMasks(masks);
-  report->Warn(
-      "carried",
-      HasTwoCameras(rig)
-          ? fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig",
-                        100 * LeftOut(masks[0]), 100 * LeftOut(masks[1]))
-          : fmt::format("{:.0f} % of the image moves with the rig", 100 * LeftOut(masks[0])),
-      "mount the rig so that it sees past whoever carries it; that part is left out "
-      "(--mask gives another, --mask none leaves out nothing)");
+  report->Warn("carried",
+               HasTwoCameras(rig) ? SharesInWords(shares, source->info()) + " move with the rig"
+                                  : fmt::format("{:.0f} % of the image moves with the rig",
+                                                100 * LeftOut(masks[0])),
+               "mount the rig so that it sees past whoever carries it; that part is left out "
+               "(--mask gives another, --mask none leaves out nothing)");
 }
 
 }  // namespace slcmap::data

@@ -56,7 +56,7 @@ int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t 
 // that were taken far apart in time and by the gyroscope look in other directions: where they show
 // the same texture at the same place all the same, that is not the building. Throws StoppedError
 // where progress ends it.
-std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
-                                   const std::vector<ImuSample>& samples, const Progress& progress);
+std::vector<cv::Mat> FindCarried(const SequenceSource& source,
+                                 const std::vector<ImuSample>& samples, const Progress& progress);
 
 }  // namespace slcmap::data

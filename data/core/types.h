@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -24,13 +26,24 @@ struct ImuSample {
   Eigen::Vector3d specific_force_m_s2 = Eigen::Vector3d::Zero();  // (0, 0, +9.81) lying still
 };
 
-// A stereo pair: 8 bit, one channel. The right image is empty where there is only one camera. The
-// stamp is the middle of the exposure, on the camera's clock.
+// A stereo pair, or what all cameras of a rig see at a time: 8 bit, one channel. The right image is
+// empty where there is only one camera. The stamp is the middle of the exposure, on the camera's
+// clock.
 struct StereoImage {
   int64_t stamp_ns = 0;
   cv::Mat left;
   cv::Mat right;
+  std::vector<cv::Mat> others = {};  // of the third camera on; empty images where there are none
+
+  const cv::Mat& of(int camera) const {
+    return camera == 0 ? left : camera == 1 ? right : others.at(static_cast<size_t>(camera) - 2);
+  }
+  int cameras() const { return 2 + static_cast<int>(others.size()); }
 };
+
+// Give the images of the second camera on, empty ones where the pixels are damaged; null of a
+// camera that has none.
+using DeferredImages = std::vector<std::function<cv::Mat()>>;
 
 // Noise of an IMU as continuous densities, in the units of the ASL and Kalibr files.
 struct ImuNoise {
@@ -66,27 +79,41 @@ enum ImuErrorRow {
 };
 using ImuErrors = Eigen::Matrix<double, kImuErrorsSize, 1>;
 
-// A calibrated rig. Index 0 is the left camera, or the first one of two that look apart.
+// A calibrated rig of any number of cameras; what stands by camera has at least two entries, of
+// which the second has no width in a rig of one. Index 0 is the left camera of the best pair, and
+// the right camera of each pair comes next to its left one (CameraGroups()).
 struct Rig {
-  std::array<Camera, 2> cameras;
-  std::array<RigidTransform, 2> T_imu_camera;
+  std::vector<Camera> cameras = std::vector<Camera>(2);
+  std::vector<RigidTransform> T_imu_camera = std::vector<RigidTransform>(2);
   ImuNoise imu_noise;
   ImuCorrection imu_correction;
   // 8 bit, of the camera's size: 0 where an image shows what moves with the rig instead of the
   // building. Empty: nowhere.
-  std::array<cv::Mat, 2> masks;
+  std::vector<cv::Mat> masks = std::vector<cv::Mat>(2);
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
   // The right image is taken so much after the left one. Cameras that are triggered together have
   // none.
   double right_time_offset_s = 0;
+  std::vector<double> other_time_offsets_s = {};  // the same of the third camera on; none: 0
   // By how much the last row of a camera with a rolling shutter is exposed after the first;
   // negative where the last comes first, and 0 of a global shutter. Stamps are those of the middle
   // row.
-  std::array<double, 2> readout_s{};
+  std::vector<double> readout_s = std::vector<double>(2);
+
+  void Resize(size_t count) {
+    const size_t entries = std::max<size_t>(count, 2);
+    cameras.resize(entries);
+    T_imu_camera.resize(entries);
+    masks.resize(entries);
+    readout_s.resize(entries);
+    if (count < 2) cameras[1] = Camera();
+  }
 };
 
-// A rig of one camera has no width in its second.
-inline bool HasTwoCameras(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+inline int CameraCount(const Rig& rig) {
+  return rig.cameras[1].width_px > 0 ? static_cast<int>(rig.cameras.size()) : 1;
+}
+inline bool HasTwoCameras(const Rig& rig) { return CameraCount(rig) > 1; }
 
 // Whether two cameras look in directions more than 60 degrees from each other: as a pair of little
 // use, they are followed one by one.
@@ -95,22 +122,60 @@ inline bool LookApart(const RigidTransform& T_imu_first, const RigidTransform& T
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
   return (T_imu_first.rotation * z).dot(T_imu_second.rotation * z) < kLeastCosine;
 }
-inline bool LooksApart(const Rig& rig) {
-  return HasTwoCameras(rig) && LookApart(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+
+// Whether a camera stands so far before or behind another that looks the same way that the two
+// cannot be rectified.
+inline bool StandBehind(const RigidTransform& T_imu_first, const RigidTransform& T_imu_second) {
+  constexpr double kMostAlong = 0.7;  // of the baseline, along the view
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d view = T_imu_first.rotation * z + T_imu_second.rotation * z;
+  const Eigen::Vector3d baseline_m = T_imu_second.translation - T_imu_first.translation;
+  return !(std::abs(baseline_m.normalized().dot(view.normalized())) <= kMostAlong);
 }
 
-// Whether two cameras see the same.
-inline bool IsStereo(const Rig& rig) { return HasTwoCameras(rig) && !LooksApart(rig); }
+// Cameras that are followed together: two that see the same, of which the right one is the next, or
+// one alone.
+struct CameraGroup {
+  int first = 0;
+  bool is_pair = false;
+};
 
-// Whether all rows of both images are exposed at the stamp.
+// Of two cameras alone it is told by their directions alone: what else is wrong is an error.
+inline std::vector<CameraGroup> CameraGroups(const Rig& rig) {
+  const int count = CameraCount(rig);
+  std::vector<CameraGroup> groups;
+  for (int camera = 0; camera < count; ++camera) {
+    const auto at = static_cast<size_t>(camera);
+    const bool is_pair =
+        camera + 1 < count && !LookApart(rig.T_imu_camera[at], rig.T_imu_camera[at + 1]) &&
+        (count == 2 || !StandBehind(rig.T_imu_camera[at], rig.T_imu_camera[at + 1]));
+    groups.push_back({camera, is_pair});
+    if (is_pair) ++camera;
+  }
+  return groups;
+}
+
+// Whether there are two cameras that see the same.
+inline bool IsStereo(const Rig& rig) { return CameraGroups(rig).front().is_pair; }
+
+// How much later than the first camera's image that of a camera is taken.
+inline double TimeOffset_s(const Rig& rig, int camera) {
+  if (camera < 2) return camera == 1 ? rig.right_time_offset_s : 0;
+  const auto other = static_cast<size_t>(camera) - 2;
+  return other < rig.other_time_offsets_s.size() ? rig.other_time_offsets_s[other] : 0;
+}
+
+// Whether all rows of all images are exposed at the stamp.
 inline bool IsTakenAtOnce(const Rig& rig) {
-  return rig.right_time_offset_s == 0 && rig.readout_s[0] == 0 && rig.readout_s[1] == 0;
+  const auto is_none = [](double time_s) { return time_s == 0; };
+  return rig.right_time_offset_s == 0 && std::ranges::all_of(rig.other_time_offsets_s, is_none) &&
+         std::ranges::all_of(rig.readout_s, is_none);
 }
 
 // How long after the stamp of its pair a row of a camera's image, as it was recorded, is exposed.
 inline double RowTime_s(const Rig& rig, int camera, double row_px) {
   const double share = (row_px + 0.5) / rig.cameras[camera].height_px - 0.5;  // of the readout
-  return (camera == 1 ? rig.right_time_offset_s : 0) + rig.readout_s[camera] * share;
+  return TimeOffset_s(rig, camera) + rig.readout_s[camera] * share;
 }
 
 // What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
@@ -154,7 +219,7 @@ struct PointObservation {
   int64_t id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right_px;
-  int camera = 0;  // whose left_px it is: 1 where two look apart, and the second one saw it
+  int camera = 0;  // whose left_px it is; right_px is of the next one
 };
 
 // A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are

@@ -88,6 +88,7 @@ class CsvTable {
       const std::string& path, const std::map<std::string, CsvColumns>& columns, int64_t* cut_rows);
 
   std::size_t rows() const { return rows_.size(); }
+  std::size_t columns() const { return columns_.size(); }
 
   int Int(std::size_t row, std::size_t column) const;  // of a column that is bounded to an int
   int64_t Integer(std::size_t row, std::size_t column) const;

@@ -374,15 +374,15 @@ int BitsFor(double most) {
 
 }  // namespace
 
-std::array<PixelForm, 2> FindPixelForms(const ImageStore& images,
-                                        const std::array<std::vector<std::string>, 2>& paths,
-                                        Warnings* warnings) {
-  std::array<FormSeen, 2> seen;
-  std::array<PixelForm, 2> forms;
-  for (size_t camera = 0; camera < 2; ++camera) seen[camera] = LookAtForm(images, paths[camera]);
-  const bool deep = seen[0].deep || seen[1].deep;
-  const double most = std::max(seen[0].most, seen[1].most);
-  for (size_t camera = 0; camera < 2; ++camera) {
+std::vector<PixelForm> FindPixelForms(const ImageStore& images,
+                                      const std::vector<std::vector<std::string>>& paths,
+                                      Warnings* warnings) {
+  std::vector<FormSeen> seen;
+  std::vector<PixelForm> forms(paths.size());
+  for (const auto& of_camera : paths) seen.push_back(LookAtForm(images, of_camera));
+  const bool deep = std::ranges::any_of(seen, &FormSeen::deep);
+  const double most = std::ranges::max(seen, {}, &FormSeen::most).most;
+  for (size_t camera = 0; camera < paths.size(); ++camera) {
     if (seen[camera].images == 0) continue;
     const auto tell = [&](const char* kind, const std::string& words) {
       const std::string folder =

@@ -63,13 +63,13 @@ inline constexpr const char* kImageMosaic = "images_that_are_a_colour_mosaic";
 inline constexpr const char* kImageDots = "images_with_dots_of_an_emitter_taken_out";
 inline constexpr const char* kImageOrientation = "images_with_an_orientation_taken_as_stored";
 
-// Of the images of the left and the right camera, in their order. 16-bit files whose values reach
-// up to 2^8, 2^10, 2^12 or 2^14 at most, over all that is sampled of both cameras, hold so many
+// Of the images of all cameras, in their order. 16-bit files whose values reach
+// up to 2^8, 2^10, 2^12 or 2^14 at most, over all that is sampled, hold so many
 // bits; a mosaic is told by levels that differ between the pixels of each 2 x 2, the same over
 // whole areas. What is out of the usual is counted, once a camera, where warnings are given.
-std::array<PixelForm, 2> FindPixelForms(const ImageStore& images,
-                                        const std::array<std::vector<std::string>, 2>& paths,
-                                        Warnings* warnings = nullptr);
+std::vector<PixelForm> FindPixelForms(const ImageStore& images,
+                                      const std::vector<std::vector<std::string>>& paths,
+                                      Warnings* warnings = nullptr);
 
 // As PNG, 8 or 16 bit. Speed, not size, matters: it is read back soon.
 std::string EncodePng(const cv::Mat& image);

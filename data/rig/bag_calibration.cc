@@ -59,6 +59,9 @@ class BagRig {
     if (parts_.has_right) {
       cameras_.push_back({topics_.right, FindInfoTopic(*bag_, topics_.right), "", {}, {}});
     }
+    for (const std::string& other : topics_.others) {
+      cameras_.push_back({other, FindInfoTopic(*bag_, other), "", {}, {}});
+    }
     ReadFirst();
     for (BagCamera& camera : cameras_) ReadCamera(&camera);
     TakeCameras();
@@ -124,6 +127,7 @@ class BagRig {
   void TakeCameras() {
     const ImageKind kind = KindOfImages();
     const char* words = kind == ImageKind::kRectified ? "rectified" : "raw";
+    parts_.Reserve(cameras_.size());
     for (size_t i = 0; i < cameras_.size(); ++i) {
       if (!cameras_[i].info) continue;
       parts_.cameras[i] = CameraFromInfo(*cameras_[i].info, kind);
@@ -186,6 +190,7 @@ class BagRig {
     } else {
       Found(WhyNoPose(left, imu));
     }
+    for (size_t i = 2; i < cameras_.size(); ++i) TakeOtherFrame(frames, imu, i);
     if (cameras_.size() > 1) TakeRightFrame(frames, left, OpticalFrame(frames, cameras_[1].frame));
     warnings_->Merge(frames.warnings());
   }
@@ -212,6 +217,13 @@ class BagRig {
         fmt::format("{}: found {} turned against {} by tf, expected axes alike", bag_->path(),
                     accel, imu),
         "record the accelerometer and gyroscope as one topic, which has the axes of one frame");
+  }
+
+  void TakeOtherFrame(const FrameTree& frames, const std::string& imu, size_t camera) {
+    const std::string frame = OpticalFrame(frames, cameras_[camera].frame);
+    if (imu.empty() || frame.empty()) return;
+    parts_.T_imu_camera[camera] = frames.Find(imu, frame);
+    if (parts_.T_imu_camera[camera]) Found(fmt::format("tf from {} to {}", frame, imu));
   }
 
   // RealSense writes the left camera's frame for both.
@@ -248,6 +260,20 @@ RigParts ProfileParts(const RigProfile& profile) {
   return parts;
 }
 
+// The cameras whose calibration is known; of the first two that is asked for.
+std::vector<int> KnownCameras(const RigParts& parts, const RecordingTopics& topics,
+                              Warnings* warnings) {
+  std::vector<int> known = parts.has_right ? std::vector{0, 1} : std::vector{0};
+  for (size_t i = 2; i < parts.cameras.size(); ++i) {
+    if (parts.cameras[i] && parts.T_imu_camera[i]) {
+      known.push_back(static_cast<int>(i));
+    } else {
+      warnings->Add(kCamerasNotCalibrated, topics.Images().at(i));
+    }
+  }
+  return known;
+}
+
 }  // namespace
 
 Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string& beside, Bag* bag,
@@ -266,7 +292,9 @@ Calibration ReadBagCalibration(const RecordingTopics& topics, const std::string&
     AddParts(BagRig(topics, known, bag, warnings).Read(), &parts);
   }
   if (is_known) AddParts(ProfileParts(profile->second), &parts);
-  return MakeCalibration(parts, bag->path(), cameras);
+  const bool chooses = cameras.empty() && !topics.others.empty();
+  return MakeCalibration(parts, bag->path(),
+                         chooses ? KnownCameras(parts, topics, warnings) : cameras);
 }
 
 }  // namespace slcmap::data

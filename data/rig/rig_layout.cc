@@ -21,7 +21,8 @@ RosTransform ToRos(const RigidTransform& pose) {
 
 RosTransforms FixedFrames(const RigLayout& layout, int64_t stamp_ns) {
   const RecordingTopics& topics = layout.topics;
-  const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
+  const RigidTransform &T_imu_left = layout.rig.T_imu_camera[0],
+                       &T_imu_right = layout.rig.T_imu_camera[1];
   const RigidTransform T_link_left(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0, 0, 0});
   const std::string left = layout.FrameName(topics.left), gyro = layout.FrameName(topics.gyro);
   RosTransforms frames;
@@ -131,7 +132,8 @@ void WritePoses(const RigLayout& layout, BagEncoding encoding, int64_t stamp_ns,
     return;
   }
   // They take points of the left camera to each stream.
-  const auto& [T_imu_left, T_imu_right] = layout.rig.T_imu_camera;
+  const RigidTransform &T_imu_left = layout.rig.T_imu_camera[0],
+                       &T_imu_right = layout.rig.T_imu_camera[1];
   write(ViewerStream(topics.left) + "/tf/0", ToRos({}));
   write(ViewerStream(topics.right) + "/tf/0", ToRos(T_imu_right.Inverse() * T_imu_left));
   write(ViewerStream(topics.gyro) + "/tf/0", ToRos(T_imu_left));

@@ -105,6 +105,9 @@ void AddReasons(const RecordingTopics& said, const std::string& why_images,
   add(topics->left, !said.left.empty(), topics->right.empty() ? "the camera" : "the left camera",
       why_images);
   add(topics->right, !said.right.empty(), "the right camera", why_images);
+  for (const std::string& other : topics->others) {
+    add(other, !said.others.empty(), "another camera", "its name differs by a number alone");
+  }
   add(topics->gyro, !said.gyro.empty(), both ? "the IMU" : "the gyroscope", why_imu);
   if (!both) add(topics->accel, !said.accel.empty(), "the accelerometer", why_imu);
 }
@@ -121,30 +124,19 @@ void KeepNearest(std::vector<ProfileMatch>* matches) {
   *matches = kept;
 }
 
-std::optional<RecordingTopics> ChooseByProfile(Bag* bag, const RecordingTopics& said) {
-  std::vector<ProfileMatch> matches = MatchProfiles(KnownProfiles(), said, bag);
-  KeepNearest(&matches);
-  if (matches.empty()) return std::nullopt;
-  if (matches.size() > 1) {
-    std::string rigs;
-    for (const ProfileMatch& match : matches) {
-      rigs += fmt::format("{}{} ({})", rigs.empty() ? "" : ", ", match.topics.left,
-                          match.profile->name);
-    }
-    FailChoice(*bag, fmt::format("{} rigs that are known, by their left cameras {}", matches.size(),
-                                 rigs));
-  }
-  const RigProfile& profile = *matches.front().profile;
-  RecordingTopics topics = matches.front().topics;
-  if (!said.left.empty()) topics.right = said.right;  // left= alone is one camera
-  topics.profile = profile.name;
-  const std::string why = fmt::format("profile {} ({})", profile.name, profile.rig);
-  AddReasons(said, why, why, &topics);
-  if (!profile.note.empty()) topics.reasons.push_back(profile.name + ": " + profile.note);
-  return topics;
-}
-
 using Looks = std::map<std::string, ImageLook>;
+
+// A name without the last number in it, which tells a camera from others, and that; "" and 0 where
+// it has none.
+std::pair<std::string, int> TakeNumber(const std::string& name) {
+  constexpr const char* kDigits = "0123456789";
+  const size_t last = name.find_last_of(kDigits);
+  if (last == std::string::npos) return {};
+  const size_t first = name.find_last_not_of(kDigits, last) + 1;  // 0 where there is nothing before
+  if (last - first > 2) return {};
+  return {name.substr(0, first) + "#" + name.substr(last + 1),
+          std::stoi(name.substr(first, last + 1 - first))};
+}
 
 Looks LookAtImages(const std::vector<std::string>& names, Bag* bag) {
   Looks looks;
@@ -175,6 +167,51 @@ bool MayBePair(const std::string& left, const std::string& right, const Looks& l
   return std::min(count_left, count_right) >= kLeastShare * std::max(count_left, count_right);
 }
 
+// Adds to a pair that is told by a number those cameras whose topics have another number instead.
+void AddNumbered(const RecordingTopics& said, Bag* bag, RecordingTopics* topics) {
+  topics->others = said.others;
+  const std::string family = TakeNumber(topics->left).first;
+  const bool is_asked_for = !said.left.empty() || !said.others.empty();
+  if (is_asked_for || family.empty() || TakeNumber(topics->right).first != family) return;
+  std::map<int, std::string> by_number;
+  for (const std::string& name : FindNames(*bag, IsImageTopic)) {
+    const auto& [others_family, number] = TakeNumber(name);
+    const bool is_other = name != topics->left && name != topics->right;
+    if (is_other && others_family == family) by_number[number] = name;
+  }
+  if (by_number.empty()) return;
+  std::vector<std::string> names = {topics->left};
+  for (const auto& [number, name] : by_number) names.push_back(name);
+  const Looks looks = LookAtImages(names, bag);
+  for (const auto& [number, name] : by_number) {
+    if (MayBePair(topics->left, name, looks, *bag)) topics->others.push_back(name);
+  }
+}
+
+std::optional<RecordingTopics> ChooseByProfile(Bag* bag, const RecordingTopics& said) {
+  std::vector<ProfileMatch> matches = MatchProfiles(KnownProfiles(), said, bag);
+  KeepNearest(&matches);
+  if (matches.empty()) return std::nullopt;
+  if (matches.size() > 1) {
+    std::string rigs;
+    for (const ProfileMatch& match : matches) {
+      rigs += fmt::format("{}{} ({})", rigs.empty() ? "" : ", ", match.topics.left,
+                          match.profile->name);
+    }
+    FailChoice(*bag, fmt::format("{} rigs that are known, by their left cameras {}", matches.size(),
+                                 rigs));
+  }
+  const RigProfile& profile = *matches.front().profile;
+  RecordingTopics topics = matches.front().topics;
+  if (!said.left.empty()) topics.right = said.right;  // left= alone is one camera
+  AddNumbered(said, bag, &topics);
+  topics.profile = profile.name;
+  const std::string why = fmt::format("profile {} ({})", profile.name, profile.rig);
+  AddReasons(said, why, why, &topics);
+  if (!profile.note.empty()) topics.reasons.push_back(profile.name + ": " + profile.note);
+  return topics;
+}
+
 // Returns why.
 std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
   if (!topics->left.empty()) return "";
@@ -188,9 +225,13 @@ std::string ChooseImages(Bag* bag, RecordingTopics* topics) {
       if (is_there && MayBePair(left, right, looks, *bag)) pairs.emplace(left, right);
     }
   }
-  if (pairs.size() == 1) {
+  std::set<std::string> families;
+  for (const auto& [left, right] : pairs) families.insert(TakeNumber(left).first);
+  const bool is_numbered = families.size() == 1 && !families.begin()->empty();
+  if (pairs.size() == 1 || is_numbered) {
     std::tie(topics->left, topics->right) = *pairs.begin();
-    return "the only two topics of images whose names differ so";
+    return pairs.size() == 1 ? "the only two topics of images whose names differ so"
+                             : "the first of topics of images that are numbered";
   }
   if (images.size() == 1) {
     topics->left = images.front();
@@ -232,11 +273,13 @@ std::string ChooseImu(const Bag& bag, bool needs_imu, RecordingTopics* topics) {
 RecordingTopics ChooseTopics(Bag* bag, const RecordingTopics& said, bool needs_imu) {
   RequireTopic(*bag, said.left, IsImageTopic, "images");
   RequireTopic(*bag, said.right, IsImageTopic, "images");
+  for (const std::string& other : said.others) RequireTopic(*bag, other, IsImageTopic, "images");
   RequireTopic(*bag, said.gyro, IsImuTopic, "an IMU");
   RequireTopic(*bag, said.accel, IsImuTopic, "an IMU");
   if (const auto known = ChooseByProfile(bag, said)) return *known;
   RecordingTopics topics = said;
   const std::string why_images = ChooseImages(bag, &topics);
+  AddNumbered(said, bag, &topics);
   const std::string why_imu = ChooseImu(*bag, needs_imu, &topics);
   AddReasons(said, why_images, why_imu, &topics);
   return topics;
@@ -253,6 +296,7 @@ RecordingTopics ParseTopics(const std::string& text) {
     std::vector<std::string*> places;
     if (role == "left") places = {&topics.left};
     if (role == "right") places = {&topics.right};
+    if (role == "other") places = {&topics.others.emplace_back()};
     if (role == "gyro" || role == "imu") places.push_back(&topics.gyro);
     if (role == "accel" || role == "imu") places.push_back(&topics.accel);
     if (name.empty() || places.empty()) {
@@ -284,6 +328,7 @@ std::string TopicsText(const RecordingTopics& topics) {
   const bool both = topics.gyro == topics.accel;
   add("left", topics.left);
   add("right", topics.right);
+  for (const std::string& other : topics.others) add("other", other);
   add(both ? "imu" : "gyro", topics.gyro);
   if (!both) add("accel", topics.accel);
   return text;

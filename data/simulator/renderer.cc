@@ -75,7 +75,7 @@ class SceneRenderer : public PairRenderer {
         rays_(SeenPatches(scene_)),
         shader_(MakeShader()),
         watch_(scene_, rays_, task_) {
-    for (int i = 0; i < task.cameras(); ++i) {
+    for (int i = 0; i < CameraCount(task.rig); ++i) {
       const Camera& camera = task.rig.cameras[i];
       camera_rays_.emplace_back(camera);
       responses_.emplace_back(options.camera, camera.width_px, camera.height_px);
@@ -93,9 +93,9 @@ class SceneRenderer : public PairRenderer {
 
   RenderedPair Render(int frame, bool with_depth) override {
     RenderedPair pair;
-    pair.left = responses_[0].Develop(LitImage(frame, 0), exposures_[frame], frame, 0);
-    if (HasTwoCameras(task_.rig)) {
-      pair.right = responses_[1].Develop(LitImage(frame, 1), exposures_[frame], frame, 1);
+    for (int i = 0; i < CameraCount(task_.rig); ++i) {
+      cv::Mat& image = i == 0 ? pair.left : i == 1 ? pair.right : pair.others.emplace_back();
+      image = responses_[i].Develop(LitImage(frame, i), exposures_[frame], frame, i);
     }
     if (with_depth) pair.depth_m = DepthImage(frame, 0);
     watch_.Look(frame);
@@ -401,7 +401,7 @@ EdgeWatch::EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask&
 void EdgeWatch::Look(int frame) {
   if (!IsSet(is_due_[frame])) return;
   const RigidTransform T_world_imu = task_.motion.PoseAt(task_.times_s[frame]);
-  for (int c = 0; c < task_.cameras(); ++c) {
+  for (int c = 0; c < CameraCount(task_.rig); ++c) {
     LookThrough(task_.rig.cameras[c], T_world_imu * task_.rig.T_imu_camera[c]);
   }
   Set(is_due_[frame], 0);

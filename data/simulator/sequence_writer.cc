@@ -122,6 +122,7 @@ void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) cons
 void SequenceWriter::WriteTrueRig(const Rig& rig) const {
   Rig told = rig;
   told.right_time_offset_s = 0;  // right images have stamps of their own
+  told.other_time_offsets_s.clear();
   WriteKalibrCalibration(truth_folder_ + "/rig.yaml", told);
 }
 
@@ -182,7 +183,7 @@ void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns,
   for (int camera = 0; camera < cameras_; ++camera) {
     std::string text = kAslImagesHead;
     for (const int64_t stamp_ns : stamps_ns) {
-      text += fmt::format("{0},{0}.png\n", stamp_ns + camera * right_offset_ns);
+      text += fmt::format("{0},{0}.png\n", stamp_ns + (camera == 1 ? right_offset_ns : 0));
     }
     WriteFile(mav_folder_ + "/" + CameraName(camera) + "/data.csv", text);
   }

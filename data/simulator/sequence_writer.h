@@ -19,6 +19,7 @@ namespace slcmap::inline data {
 struct RenderedPair {
   cv::Mat left, right;  // 8 bit, one channel, of the size of the rig's cameras
   cv::Mat depth_m;      // of the left image where asked for: float, along the optical axis, 0: none
+  std::vector<cv::Mat> others = {};  // of the third camera on
 };
 
 class PairRenderer {
@@ -49,7 +50,6 @@ struct RenderTask {
   std::stop_token stop = {};      // ends the rendering
   Emitter emitter = Emitter::kOff;
 
-  int cameras() const { return HasTwoCameras(rig) ? 2 : 1; }
   Progress Stage(const std::string& label) const {
     return start_stage ? start_stage(label) : Progress();
   }
@@ -67,15 +67,14 @@ int MakeFrames(int count, int threads, const std::function<void(int)>& make,
 
 // Writes a simulated sequence as a EuRoC (ASL) folder.
 //
-//   DIR/mav0/cam0 and, of two, cam1        sensor.yaml, data.csv, data/<stamp>.png
+//   DIR/mav0/cam0, cam1, ...               sensor.yaml, data.csv, data/<stamp>.png
 //   DIR/mav0/imu0                          sensor.yaml, data.csv
 //   DIR/mav0/state_groundtruth_estimate0   sensor.yaml, data.csv: pose, velocity, biases
 //   DIR/truth                              trajectory.tum, rig.yaml and what the renderer knows
 
 class SequenceWriter {
  public:
-  // Makes the folders of a rig of one or two cameras. Throws OutputError where that fails or where
-  // mav0 is there already.
+  // Makes the folders. Throws OutputError where that fails or where mav0 is there already.
   SequenceWriter(const std::string& folder, int cameras);
 
   const std::string& truth_folder() const { return truth_folder_; }
@@ -104,7 +103,7 @@ class SequenceWriter {
   // stored as 16 bit in millimetres: truth/depth/<stamp>.png.
   void WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const;
 
-  // data.csv of the cameras, whose right images are stamped later by right_offset_ns.
+  // data.csv of all cameras; the images of the second are stamped later by right_offset_ns.
   void WriteImageLists(const std::vector<int64_t>& stamps_ns, int64_t right_offset_ns = 0) const;
 
  private:

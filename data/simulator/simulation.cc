@@ -61,7 +61,8 @@ Rig ReadSimulatedRig(const std::string& name_or_path) {
   std::error_code error;
   const std::string path = std::filesystem::exists(named, error) ? named : name_or_path;
   if (!std::filesystem::is_regular_file(path, error)) {
-    throw ConfigError("rig: found '" + name_or_path + "', expected euroc, tumvi or a file");
+    throw ConfigError("rig: found '" + name_or_path +
+                      "', expected euroc, tumvi, four_cameras, three_cameras or a file");
   }
   Warnings warnings;
   return ReadKalibrCalibration(path, path, &warnings).rig;
@@ -89,7 +90,7 @@ Rig Miscalibrated(const Rig& rig, double scale, uint64_t seed) {
   Normal normal(seed);
   Rig wrong = rig;
   const RigidTransform mounting = normal.DrawTransform(0.3 * kDegree * scale, 0.003 * scale);
-  for (int c = 0; c < 2; ++c) {
+  for (int c = 0; c < CameraCount(rig); ++c) {
     const double focal = 1 + normal.Draw(0.003 * scale);
     wrong.cameras[c].fx_px *= focal;
     wrong.cameras[c].fy_px *= focal;
@@ -97,8 +98,10 @@ Rig Miscalibrated(const Rig& rig, double scale, uint64_t seed) {
     wrong.cameras[c].cy_px += normal.Draw(1.5 * scale);
     wrong.T_imu_camera[c] = mounting * rig.T_imu_camera[c];
   }
-  wrong.T_imu_camera[1] =
-      wrong.T_imu_camera[1] * normal.DrawTransform(0.05 * kDegree * scale, 0.0003 * scale);
+  for (int c = 1; c < CameraCount(rig); ++c) {
+    wrong.T_imu_camera[c] =
+        wrong.T_imu_camera[c] * normal.DrawTransform(0.05 * kDegree * scale, 0.0003 * scale);
+  }
   return wrong;
 }
 
@@ -228,7 +231,7 @@ Rig MakeTrueRig(const SimulationOptions& options) {
   rig.imu_noise = MakeModel(options, rig).noise;
   rig.camera_time_offset_s = options.time_offset_s.value_or(rig.camera_time_offset_s);
   rig.right_time_offset_s = options.right_offset_s.value_or(rig.right_time_offset_s);
-  if (options.readout_s) rig.readout_s.fill(*options.readout_s);
+  if (options.readout_s) std::ranges::fill(rig.readout_s, *options.readout_s);
   const std::vector<double>& scale = options.imu_scale;
   if (!scale.empty() || options.imu_axes_deg != 0) {
     rig.imu_correction =
@@ -383,7 +386,7 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   Misread(rig.imu_correction, &imu.samples);
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 
-  const SequenceWriter writer(options.folder, task.cameras());
+  const SequenceWriter writer(options.folder, CameraCount(rig));
   try {
     WriteSensors(writer, options, task, started, imu, stage("truth"));
   } catch (const StoppedError&) {
@@ -399,6 +402,9 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
     writer.WriteImage(0, stamps_ns[frame], pair.left);
     if (HasTwoCameras(rig)) {
       writer.WriteImage(1, stamps_ns[frame] + right_offset_ns, pair.right);
+    }
+    for (size_t i = 0; i < pair.others.size(); ++i) {
+      writer.WriteImage(static_cast<int>(i) + 2, stamps_ns[frame], pair.others[i]);
     }
     if (!options.with_depth) return;
     writer.WriteDepth(stamps_ns[frame], pair.depth_m);

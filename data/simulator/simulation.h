@@ -37,7 +37,7 @@ ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_d
 
 // A rig that differs from `rig` as a careless calibration does; at scale 1 by standard deviations
 // of 0.3 % in focal length, 1.5 px in the principal point, 0.3 degrees and 3 mm in T_imu_camera of
-// both cameras alike, and 0.05 degrees and 0.3 mm between the cameras.
+// all cameras alike, and 0.05 degrees and 0.3 mm between the cameras.
 Rig Miscalibrated(const Rig& rig, double scale, uint64_t seed);
 
 struct SimulationOptions {

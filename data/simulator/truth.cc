@@ -219,7 +219,7 @@ class BuildingWatch {
       const double t_s = task_.times_s[frame];
       if (t_s < next_s) continue;
       next_s = t_s + kInterval_s;
-      for (int c = 0; c < task_.cameras(); ++c) {
+      for (int c = 0; c < CameraCount(task_.rig); ++c) {
         const RigidTransform T_world_camera = task_.motion.PoseAt(t_s) * task_.rig.T_imu_camera[c];
         poses_.push_back({c, T_world_camera, T_world_camera.Inverse()});
       }
@@ -413,7 +413,7 @@ class PipeWatch {
 };
 
 void Look(const RenderTask& task, double t_s, std::vector<PipeWatch>* watches) {
-  for (int c = 0; c < task.cameras(); ++c) {
+  for (int c = 0; c < CameraCount(task.rig); ++c) {
     const RigidTransform T_world_camera = task.motion.PoseAt(t_s) * task.rig.T_imu_camera[c];
     for (PipeWatch& watch : *watches) watch.Look(task.rig.cameras[c], T_world_camera);
   }

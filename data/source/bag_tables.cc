@@ -2,11 +2,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <limits>
 #include <list>
 #include <mutex>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <set>
@@ -115,7 +115,7 @@ class BagImages : public ImageStore {
 struct BagListing {
   std::string form;
   RecordingTopics topics;
-  std::array<std::vector<ImageFile>, 2> images;
+  std::vector<std::vector<ImageFile>> images;  // by camera
   std::vector<ImuRow> imu;
   std::shared_ptr<BagImages> store;
   Warnings warnings;
@@ -154,7 +154,7 @@ class BagReader {
 
  private:
   bool IsOfCamera(const BagTopic& topic) const {
-    return IsImageTopic(topic) && (topic.name == topics_.left || topic.name == topics_.right);
+    return IsImageTopic(topic) && std::ranges::count(topics_.Images(), topic.name) > 0;
   }
   bool IsOfImu(const BagTopic& topic) const {
     return IsImuTopic(topic) && (topic.name == topics_.gyro || topic.name == topics_.accel);
@@ -183,8 +183,11 @@ class BagReader {
     const auto of_sample = [](const ImuRow& row) {
       return std::pair(row.stamp_ns, row.angular_velocity_rad_s.hasNaN());
     };
-    for (size_t i = 0; i < 2; ++i) EraseTwins(of_image, &listing_.images[i], &before_[i]);
-    EraseTwins(of_sample, &listing_.imu, &before_[2]);
+    before_.resize(listing_.images.size() + 1);
+    for (size_t i = 0; i < listing_.images.size(); ++i) {
+      EraseTwins(of_image, &listing_.images[i], &before_[i]);
+    }
+    EraseTwins(of_sample, &listing_.imu, &before_.back());
   }
 
   template <typename Key, typename Row>
@@ -229,7 +232,8 @@ class BagReader {
 
   void AddImage(const BagTopic& topic, int64_t stamp_ns, const std::string& extension,
                 const BagImages::Image& image) {
-    const int camera = topic.name == topics_.left ? 0 : 1;
+    const std::vector<std::string> topics = topics_.Images();
+    const auto camera = static_cast<int>(std::ranges::find(topics, topic.name) - topics.begin());
     listing_.images[static_cast<size_t>(camera)].push_back(
         {stamp_ns, listing_.store->Add(camera, stamp_ns, extension, image)});
   }
@@ -256,7 +260,7 @@ class BagReader {
 
   BagListing& listing_;
   const RecordingTopics& topics_;
-  std::array<size_t, 3> before_{};  // rows of earlier files: left and right images, the IMU
+  std::vector<size_t> before_;  // rows of earlier files: images by camera, then the IMU
 };
 
 std::shared_ptr<const BagListing> ListBag(const std::string& path, const std::string& said,
@@ -269,6 +273,7 @@ std::shared_ptr<const BagListing> ListBag(const std::string& path, const std::st
   listing->topics = ChooseTopics(bag, wanted, false);
   spdlog::info("{}: {}, read as {}", path, bag->form(), TopicsText(listing->topics));
   for (const std::string& reason : listing->topics.reasons) spdlog::info("{}", reason);
+  listing->images.resize(listing->topics.Images().size());
   BagReader(listing.get()).ReadAll();
   return listing;
 }
@@ -310,20 +315,23 @@ class BagTables : public RecordingTables {
   std::string topics() const override { return TopicsText(listing_->topics); }
 
   std::vector<int> cameras() const override {
-    return listing_->topics.right.empty() ? std::vector{0} : std::vector{0, 1};
+    std::vector<int> cameras(listing_->topics.Images().size());
+    std::iota(cameras.begin(), cameras.end(), 0);
+    return cameras;
   }
 
   std::string NameTable(const std::string& sensor) const override {
     const RecordingTopics& topics = listing_->topics;
-    const std::string& topic = sensor == "cam0"   ? topics.left
-                               : sensor == "cam1" ? topics.right
-                                                  : topics.gyro;
-    return path_ + ": " + topic;
+    const std::vector<std::string> images = topics.Images();
+    for (size_t i = 0; i < images.size(); ++i) {
+      if (sensor == fmt::format("cam{}", i)) return path_ + ": " + images[i];
+    }
+    return path_ + ": " + topics.gyro;
   }
 
   TableRows<ImageFile> ReadImages(int camera, Warnings* warnings) const override {
     if (camera == 0) warnings->Merge(listing_->warnings);  // of all topics, once
-    const std::string name = NameTable(camera == 0 ? "cam0" : "cam1");
+    const std::string name = NameTable(fmt::format("cam{}", camera));
     TableRows<ImageFile> rows{name, TableText(name, "images")};
     for (const ImageFile& image : listing_->images.at(static_cast<size_t>(camera))) {
       rows.elements.push_back({image.stamp_ns, path_ + "/" + image.path});
@@ -364,6 +372,7 @@ std::string DescribeRoles(const std::string& name, const RecordingTopics& topics
   };
   add(topics.left, "left images");
   add(topics.right, "right images");
+  for (const std::string& other : topics.others) add(other, "images of another camera");
   add(topics.gyro, "gyroscope");
   add(topics.accel, "accelerometer");
   return roles;

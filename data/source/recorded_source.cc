@@ -37,12 +37,16 @@ Item ReadItem(const StereoEntry& entry, const Sequence& sequence, bool read_righ
   item.image.left = left.image;
   item.problem = left.problem;
   item.path = entry.left_path;
-  if (!read_right || entry.right_path.empty() || left.problem != nullptr) return item;
-  const DeferredImageRead right =
-      ReadGrayImageDeferred(*sequence.store, entry.right_path, size(1), sequence.pixel_forms[1]);
-  item.image.decode_right = right.decode;
-  item.problem = right.problem;
-  item.path = entry.right_path;
+  for (int camera = 1; read_right && camera < CameraCount(rig); ++camera) {
+    item.image.decode.emplace_back();
+    const std::string& path = entry.path(camera);
+    if (path.empty() || item.problem != nullptr) continue;
+    const DeferredImageRead read = ReadGrayImageDeferred(
+        *sequence.store, path, size(camera), sequence.pixel_forms[static_cast<size_t>(camera)]);
+    item.image.decode.back() = read.decode;
+    item.problem = read.problem;
+    item.path = path;
+  }
   return item;
 }
 
@@ -170,8 +174,7 @@ bool RecordedSource::IsRepeated(size_t pair, int camera) const {
 }
 
 std::string RecordedSource::ImagePlace(size_t pair, int camera) const {
-  const StereoEntry& entry = sequence_.images[pair];
-  return camera == 0 ? entry.left_path : entry.right_path;
+  return sequence_.images[pair].path(camera);
 }
 
 std::unique_ptr<SequenceSource> OpenSource(const std::string& path, const SequenceOptions& options,
@@ -193,10 +196,10 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
   opened.needs_imu = false;
   opened.masks.clear();
   const bool has_calibration = fs::exists(calibration, error);
-  // The file names the cameras that were used cam0 and cam1, whichever of the recording's they are.
-  const std::vector<int> first_two = {0, 1};
-  const bool is_named_alike =
-      std::ranges::equal(opened.cameras, first_two | std::views::take(std::ssize(opened.cameras)));
+  // The file names the cameras that were used cam0, cam1, ..., whichever of the recording's they
+  // are.
+  const bool is_named_alike = std::ranges::equal(
+      opened.cameras, std::views::iota(0, static_cast<int>(opened.cameras.size())));
   if (has_calibration && is_named_alike) {
     opened.calibration = calibration;
     opened.cameras.clear();

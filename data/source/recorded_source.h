@@ -12,7 +12,7 @@
 namespace slcmap::inline data {
 
 struct RecordedSourceOptions {
-  bool read_right = true;  // false leaves the right images unread
+  bool read_right = true;  // false leaves all images but the left ones unread
   int read_ahead = 8;      // pairs decoded and waiting, at most
 };
 
@@ -22,7 +22,7 @@ class RecordedSource : public SequenceSource {
   ~RecordedSource() override;
 
   const SourceInfo& info() const override { return info_; }
-  void SetMasks(const std::array<cv::Mat, 2>& masks) override { info_.rig.masks = masks; }
+  void SetMasks(const std::vector<cv::Mat>& masks) override { info_.rig.masks = masks; }
   // Pairs with an image that is missing, truncated, undecodable or of another size than calibrated
   // are left out and counted; of a right PNG, only its header is decoded to tell. Those before
   // from_ns are not decoded (nor counted) where they were not read ahead yet.

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -56,7 +55,7 @@ void RequireOverlap(const RecordingTables& recording, const Sequence& sequence) 
 
 // The tables of a recording as they are read.
 struct Tables {
-  std::vector<ImageFile> left, right;
+  std::vector<std::vector<ImageFile>> images;  // by camera, of two at least
   std::vector<ImuSample> imu;
 };
 
@@ -92,28 +91,33 @@ bool TakeStamps(const ClockTable<ImageFile>& whole, const std::vector<ClockJump>
 
 // Where the recorder's clock is set to another time, what is recorded of all tables from then on is
 // put on the clock before, but begins anew: how long the jump took is not known.
-void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
-                std::vector<ClockJump> imu, Tables* tables, Warnings* warnings) {
-  ClockTable<ImageFile> lefts{&tables->left, &left}, rights{&tables->right, &right};
-  ClockTable<ImuSample> samples{&tables->imu, &imu};
-  UndoForward(samples, &lefts);
-  UndoForward(samples, &rights);
-  UndoForward(lefts, &samples);
-  AgreeOnJumps(samples, &lefts);
-  AgreeOnJumps(samples, &rights);
-  AgreeOnJumps(lefts, &rights);
-  const bool lefts_told = TakeStamps(rights, imu, &lefts);
-  const bool rights_told = !lefts_told && TakeStamps(lefts, imu, &rights);
-  const std::vector<ClockJump> of_images = left, of_imu = imu;
-  LeaveOutPauses(of_imu, &left);
-  LeaveOutPauses(of_imu, &right);
-  LeaveOutPauses(of_images, &imu);
-  for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
-  if (lefts_told) left.clear();
-  if (rights_told) right.clear();
-  for (const auto* jumps : {&left, &right, &imu}) {
-    for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
+// What is told by another camera is told by the first two.
+void JoinClocks(std::vector<std::vector<ClockJump>> images, std::vector<ClockJump> imu,
+                Tables* tables, Warnings* warnings) {
+  std::vector<ClockTable<ImageFile>> cameras;
+  for (size_t i = 0; i < images.size(); ++i) {
+    cameras.push_back({&tables->images[i], &images[i]});
   }
+  ClockTable<ImuSample> samples{&tables->imu, &imu};
+  for (auto& camera : cameras) UndoForward(samples, &camera);
+  UndoForward(cameras[0], &samples);
+  for (auto& camera : cameras) AgreeOnJumps(samples, &camera);
+  for (size_t i = 1; i < cameras.size(); ++i) AgreeOnJumps(cameras[0], &cameras[i]);
+  std::vector<bool> told(images.size());
+  told[0] = TakeStamps(cameras[1], imu, &cameras[0]);
+  for (size_t i = 1; i < cameras.size() && !told[0]; ++i) {
+    told[i] = TakeStamps(cameras[0], imu, &cameras[i]);
+  }
+  const std::vector<ClockJump> of_images = images[0], of_imu = imu;
+  for (auto& jumps : images) LeaveOutPauses(of_imu, &jumps);
+  LeaveOutPauses(of_images, &imu);
+  for (const auto& jumps : images) CountJumps(jumps, warnings);
+  CountJumps(imu, warnings);
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (told[i]) images[i].clear();
+    for (const ClockJump& jump : images[i]) BreakImu(jump, &tables->imu);
+  }
+  for (const ClockJump& jump : imu) BreakImu(jump, &tables->imu);
 }
 
 // By how much images jump is told by the samples, also where those are not asked for, or it would
@@ -132,19 +136,19 @@ Tables ReadTables(const RecordingTables& recording, const SequenceOptions& optio
                   Sequence* sequence) {
   Warnings* warnings = &sequence->warnings;
   Tables tables;
-  std::vector<ClockJump> left, right, imu;
-  tables.left =
-      TakeImages(recording.ReadImages(CameraNumber(*sequence, 0), warnings), warnings, &left);
-  if (HasTwoCameras(sequence->rig)) {
-    tables.right =
-        TakeImages(recording.ReadImages(CameraNumber(*sequence, 1), warnings), warnings, &right);
+  tables.images.resize(sequence->rig.cameras.size());
+  std::vector<std::vector<ClockJump>> jumps(tables.images.size());
+  std::vector<ClockJump> imu;
+  for (size_t i = 0; i < static_cast<size_t>(CameraCount(sequence->rig)); ++i) {
+    tables.images[i] =
+        TakeImages(recording.ReadImages(CameraNumber(*sequence, i), warnings), warnings, &jumps[i]);
   }
   if (options.needs_imu) {
     tables.imu = TakeSamples(recording.ReadImu(warnings), warnings, &imu);
-  } else if (!left.empty() || !right.empty()) {
+  } else if (std::ranges::any_of(jumps, [](const auto& of_camera) { return !of_camera.empty(); })) {
     ReadClockOfImu(recording, &tables.imu, &imu);
   }
-  JoinClocks(left, right, imu, &tables, warnings);
+  JoinClocks(std::move(jumps), imu, &tables, warnings);
   if (!options.needs_imu) tables.imu.clear();
   return tables;
 }
@@ -191,32 +195,56 @@ double StampedLater_s(const std::vector<ImageFile>& left, const std::vector<Imag
   return std::abs(later_s) > kMinRightOffset_s && std::abs(later_s) <= most_s ? later_s : 0;
 }
 
-// Right images that are stamped later are taken later: who triggers both cameras together says so.
-void TakeLater(double later_s, std::vector<ImageFile>* right, Sequence* sequence) {
+// Images of another camera that are stamped later are taken later: who triggers all cameras
+// together says so of the right one.
+void TakeLater(double later_s, size_t camera, std::vector<ImageFile>* files, Sequence* sequence) {
   if (later_s == 0) return;
-  for (ImageFile& image : *right) image.stamp_ns -= ToNanoseconds(later_s);
-  sequence->rig.right_time_offset_s += later_s;
+  for (ImageFile& image : *files) image.stamp_ns -= ToNanoseconds(later_s);
+  Rig& rig = sequence->rig;
+  if (camera > 1) rig.other_time_offsets_s.resize(rig.cameras.size() - 2);
+  (camera == 1 ? rig.right_time_offset_s : rig.other_time_offsets_s[camera - 2]) += later_s;
   spdlog::warn(
-      "{}: images of {} are stamped {:.1f} ms after those of {}, and taken to be exposed so; where "
-      "the cameras are triggered together, open it with --right-offset {:.1f}",
-      sequence->folder, CameraFolder(*sequence, 1), 1e3 * later_s, CameraFolder(*sequence, 0),
-      1e3 * later_s);
+      "{}: images of {} are stamped {:.1f} ms after those of {}, and taken to be exposed so{}",
+      sequence->folder, CameraFolder(*sequence, camera), 1e3 * later_s, CameraFolder(*sequence, 0),
+      camera > 1 ? ""
+                 : fmt::format("; where the cameras are triggered together, open it with "
+                               "--right-offset {:.1f}",
+                               1e3 * later_s));
+}
+
+// Adds to pairs the images of another camera that are nearest to them in time.
+void AddCamera(const std::vector<ImageFile>& files, double max_offset_s,
+               std::vector<StereoEntry>* images, Warnings* warnings) {
+  const int64_t max_offset_ns = ToNanoseconds(max_offset_s);
+  size_t next = 0;
+  for (StereoEntry& pair : *images) {
+    const auto apart_ns = [&](size_t i) { return std::abs(files[i].stamp_ns - pair.stamp_ns); };
+    while (next + 1 < files.size() && apart_ns(next + 1) <= apart_ns(next)) ++next;
+    const bool is_there = next < files.size() && apart_ns(next) <= max_offset_ns;
+    pair.other_paths.push_back(is_there ? files[next].path : "");
+    if (!is_there) warnings->Add(kImageUnpaired, pair.left_path);
+  }
 }
 
 // The images that sequence->rig has cameras for.
 std::vector<StereoEntry> PairTables(const RecordingTables& recording,
                                     const SequenceOptions& options, const Tables& tables,
                                     Sequence* sequence) {
-  const std::vector<ImageFile>& left = tables.left;
+  const std::vector<ImageFile>& left = tables.images[0];
   std::vector<StereoEntry> images;
   if (!HasTwoCameras(sequence->rig)) {
     for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
     return images;
   }
-  std::vector<ImageFile> right = tables.right;
+  std::vector<ImageFile> right = tables.images[1];
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
-  TakeLater(StampedLater_s(left, right), &right, sequence);
+  TakeLater(StampedLater_s(left, right), 1, &right, sequence);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
+  for (size_t i = 2; i < tables.images.size(); ++i) {
+    std::vector<ImageFile> files = tables.images[i];
+    TakeLater(StampedLater_s(left, files), i, &files, sequence);
+    AddCamera(files, options.max_stereo_offset_s, &images, &sequence->warnings);
+  }
   if (2 * images.size() >= left.size()) return images;
   const std::string remedy =
       RightOffsetRemedy(left, right, CameraFolder(*sequence, 1), options.right_offset_s);
@@ -251,7 +279,7 @@ Calibration LoadCalibration(const RecordingTables& recording, const SequenceOpti
              : ReadCalibration(options.calibration, warnings, options.mirrored, cameras);
 }
 
-// The best of the cameras that were recorded, of a calibration that has others too.
+// The cameras that were recorded, of a calibration that has others too.
 std::vector<int> ChooseRecorded(const RecordingTables& recording, const SequenceOptions& options) {
   std::vector<ChainCamera> chain;
   for (const int i : recording.cameras()) {
@@ -316,20 +344,26 @@ SequenceOptions WithWholePaths(SequenceOptions options) {
   return options;
 }
 
-std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry>& images) {
-  std::array<std::vector<std::string>, 2> paths;
+}  // namespace
+
+std::vector<std::vector<std::string>> ImagePaths(const std::vector<StereoEntry>& images,
+                                                 size_t cameras) {
+  std::vector<std::vector<std::string>> paths(cameras);
   for (const StereoEntry& image : images) {
-    paths[0].push_back(image.left_path);
-    if (!image.right_path.empty()) paths[1].push_back(image.right_path);
+    for (size_t i = 0; i < cameras; ++i) {
+      const std::string& path = image.path(static_cast<int>(i));
+      if (!path.empty()) paths[i].push_back(path);
+    }
   }
   return paths;
 }
 
-}  // namespace
-
-std::array<std::string, 2> Sequence::CameraNames() const {
-  return {fmt::format("cam{}", CameraNumber(*this, 0)),
-          fmt::format("cam{}", CameraNumber(*this, 1))};
+std::vector<std::string> Sequence::CameraNames() const {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < rig.cameras.size(); ++i) {
+    names.push_back(fmt::format("cam{}", CameraNumber(*this, i)));
+  }
+  return names;
 }
 
 std::string FindTruth(const std::string& asl_folder) {
@@ -384,7 +418,8 @@ std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
       if (!paired.empty() && paired.back().stamp_ns >= stamp_ns) continue;
       used = right;
       paired.push_back({stamp_ns, image.left_path,
-                        piece.has_right ? images[static_cast<size_t>(right)].right_path : ""});
+                        piece.has_right ? images[static_cast<size_t>(right)].right_path : "",
+                        image.other_paths});
     }
   }
   return paired;
@@ -416,7 +451,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   sequence.cameras = calibration.cameras;
   sequence.finds_carried = options.masks.empty();
   if (HasTwoCameras(sequence.rig) && !IsRecorded(*recording, CameraNumber(sequence, 1))) {
-    sequence.rig.cameras[1] = Camera();
+    sequence.rig.Resize(1);
   }
   ReadMasks(options.masks, &sequence.rig);
   Tables tables = ReadTables(*recording, options, &sequence);
@@ -427,13 +462,19 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   if (options.needs_imu) RequireOverlap(*recording, sequence);
   Correct(sequence.rig.imu_correction, &sequence.imu);
   sequence.pixel_forms =
-      FindPixelForms(*sequence.store, ImagePaths(sequence.images), &sequence.warnings);
+      FindPixelForms(*sequence.store, ImagePaths(sequence.images, sequence.rig.cameras.size()),
+                     &sequence.warnings);
   sequence.truth_path = FindTruth(sequence.folder);
   sequence.opened = WithWholePaths(options);
   sequence.opened.cameras = sequence.cameras;
   sequence.opened.topics = recording->topics();
   sequence.opened.right_stamped_later_s =
       sequence.rig.right_time_offset_s - calibration.rig.right_time_offset_s;
+  for (size_t i = 0; i < sequence.rig.other_time_offsets_s.size(); ++i) {
+    const int camera = static_cast<int>(i) + 2;
+    sequence.opened.others_stamped_later_s.push_back(TimeOffset_s(sequence.rig, camera) -
+                                                     TimeOffset_s(calibration.rig, camera));
+  }
   return sequence;
 }
 

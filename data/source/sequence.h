@@ -2,7 +2,6 @@
 // are, and the rig that made them.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,7 @@ struct Sequence {
   std::string folder;  // the one that holds cam0, cam1 and imu0; or the bag
   std::vector<StereoEntry> images;
   SharedImageStore store = FileImages();  // that has them
-  std::array<PixelForm, 2> pixel_forms;   // of the left and the right images
+  std::vector<PixelForm> pixel_forms;     // of the images, by camera
   std::vector<ImuSample> imu;             // as the files have it, with rig.imu_correction applied
   Rig rig;
   std::string calibration_source;
@@ -32,7 +31,7 @@ struct Sequence {
   Warnings warnings;
 
   // Those of `cameras`; where there is one, the second is named as if it were the next.
-  std::array<std::string, 2> CameraNames() const;
+  std::vector<std::string> CameraNames() const;
 };
 
 // Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it;
@@ -77,6 +76,10 @@ std::string FindTruth(const std::string& asl_folder);
 std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
                                     const std::vector<ImageFile>& right, double max_offset_s,
                                     Warnings* warnings);
+
+// The paths of images, by camera, of those that are there.
+std::vector<std::vector<std::string>> ImagePaths(const std::vector<StereoEntry>& images,
+                                                 size_t cameras);
 
 // The images of the pieces, as they belong together; those without a partner go.
 std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,

@@ -25,6 +25,9 @@ inline Json OpenedJson(const SequenceOptions& opened) {
   if (!opened.topics.empty()) json["topics"] = opened.topics;
   if (opened.right_stamped_later_s != 0)
     json["right_stamped_later_s"] = opened.right_stamped_later_s;
+  if (!opened.others_stamped_later_s.empty()) {
+    json["others_stamped_later_s"] = opened.others_stamped_later_s;
+  }
   return json;
 }
 
@@ -40,6 +43,7 @@ inline SequenceOptions ParseOpened(const Json& holder) {
   opened.right_offset_s = json.at("right_offset_s").get<double>();
   opened.topics = json.value("topics", "");
   opened.right_stamped_later_s = json.value("right_stamped_later_s", 0.0);
+  opened.others_stamped_later_s = json.value("others_stamped_later_s", std::vector<double>());
   for (const Json& piece : json.value("pieces", Json::array())) {
     opened.pieces.push_back({piece.at("from_ns").get<int64_t>(), piece.at("to_ns").get<int64_t>(),
                              piece.at("later").get<int>(), piece.at("late").get<int>(),

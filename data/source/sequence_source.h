@@ -2,7 +2,6 @@
 // how it is opened (by a map again), and how it is played at its own pace.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -22,6 +21,15 @@ struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image
   std::string left_path;
   std::string right_path;  // "" where there is one camera, or a knock has turned the right one
+  std::vector<std::string> other_paths = {};  // of the third camera on; "" where one has no image
+
+  // Of a camera; "" where it has none.
+  const std::string& path(int camera) const {
+    static const std::string kNone;
+    if (camera < 2) return camera == 0 ? left_path : right_path;
+    const auto other = static_cast<size_t>(camera) - 2;
+    return other < other_paths.size() ? other_paths[other] : kNone;
+  }
 };
 
 // Images that were paired otherwise than their stamps have it, as a check mended them.
@@ -38,25 +46,29 @@ struct SequenceOptions {
   double max_stereo_offset_s = 0.003;      // between the stamps of a pair, once those are made up
   double right_offset_s = 0;               // right stamps are late by this
   std::vector<std::string> masks;          // image files, one a camera (data/calibration/mask.h)
-  std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
+  std::vector<int> cameras;                // of a chain of them; empty: all
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
   std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
   std::string topics = {};  // of a bag, as data/bag/topics.h parses them; "": by types and names
   // Found, not asked for: what right stamps tell of Rig::right_time_offset_s.
   double right_stamped_later_s = 0;
+  std::vector<double> others_stamped_later_s = {};  // the same of the third camera on
 };
 
 // The rig as a calibration of its own tells it: who opens the recording with that adds what the
 // stamps tell.
 inline Rig WithoutStamps(Rig rig, const SequenceOptions& opened) {
   rig.right_time_offset_s -= opened.right_stamped_later_s;
+  for (size_t i = 0; i < opened.others_stamped_later_s.size(); ++i) {
+    rig.other_time_offsets_s.at(i) -= opened.others_stamped_later_s[i];
+  }
   return rig;
 }
 
-// A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
-// looks at the right image on keyframes only.
-struct ReadPair : StereoImage {           // `right` stays empty
-  std::function<cv::Mat()> decode_right;  // gives an empty image where the pixels are damaged
+// A pair of which all but the left image are still encoded: decoding takes longer than tracking,
+// and odometry looks at right images on keyframes only.
+struct ReadPair : StereoImage {  // `right` and `others` stay empty
+  DeferredImages decode;
 };
 
 // What is known of a sequence before any image is read.
@@ -69,8 +81,8 @@ struct SourceInfo {
   // Of all pairs that the recording names, on the camera's clock, rising; some may prove
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
-  SequenceOptions opened = {};                            // see Sequence
-  std::array<std::string, 2> cameras = {"cam0", "cam1"};  // as the recording names them
+  SequenceOptions opened = {};                          // see Sequence
+  std::vector<std::string> cameras = {"cam0", "cam1"};  // as the recording names them
 };
 
 class SequenceSource {
@@ -80,7 +92,7 @@ class SequenceSource {
   virtual const SourceInfo& info() const = 0;
 
   // Leaves out of the images what moves with the rig; masks as Rig::masks has them.
-  virtual void SetMasks(const std::array<cv::Mat, 2>& masks) = 0;
+  virtual void SetMasks(const std::vector<cv::Mat>& masks) = 0;
 
   // The next pair that can be read, in the order of the stamps; nothing at the end. Pairs with an
   // image that cannot be used are left out and counted. Those with stamps before from_ns are passed
@@ -98,8 +110,7 @@ class SequenceSource {
   // read.
   virtual Trajectory ReadTruth() const = 0;
 
-  // The following look at single images, whatever is next. `pair` is an index into pair_stamps_ns,
-  // `camera` 0 or 1.
+  // The following look at single images, whatever is next. `pair` is an index into pair_stamps_ns.
 
   // Decodes the image.
   virtual ImageRead ReadImage(size_t pair, int camera) const = 0;

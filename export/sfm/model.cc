@@ -109,7 +109,7 @@ std::vector<ModelImage> ModelImages(const MapResult& map) {
   const ImageNames names(map.source);
   std::vector<ModelImage> images;
   for (const auto& [stamp_ns, T_world_imu] : CollectPoses(map)) {
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < std::ssize(rig.cameras); ++i) {
       if (!IsCalibrated(rig.cameras[i])) continue;
       images.push_back({static_cast<int>(images.size()) + 1, stamp_ns, i,
                         (T_world_imu * rig.T_imu_camera[i]).Inverse(), names.Of(stamp_ns, i)});
@@ -279,8 +279,8 @@ std::vector<std::string> WriteImagesFrom(const RecordedImages& recorded, std::si
                                          const std::vector<ModelImage>& images,
                                          const std::string& folder, const Progress& progress,
                                          std::size_t* missing) {
-  std::array<cv::Mat, 2> maps;
-  for (int i = 0; i < 2; ++i) {
+  std::vector<cv::Mat> maps(rectified.cameras.size());
+  for (int i = 0; i < std::ssize(maps); ++i) {
     if (!IsCalibrated(rectified.cameras[i])) continue;
     maps[i] = RectifyingMap(rectified, recorded.rig(recording), i);
   }

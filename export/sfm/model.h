@@ -14,7 +14,7 @@ namespace slcmap::inline exporting {
 struct ModelImage {
   int id = 0;  // from 1
   int64_t stamp_ns = 0;
-  int camera = 0;  // 0 left, 1 right
+  int camera = 0;  // of the rig
   RigidTransform T_camera_world;
   // As recordings in EuRoC's layout have it, cam0/data/STAMP.png with the number of the camera that
   // was used; in a merged map with the stamp of

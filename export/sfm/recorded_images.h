@@ -46,7 +46,7 @@ class RecordedImages {
   std::vector<Recording> recordings_;
 };
 
-// Of each pixel of a rectified image of a camera (0 left, 1 right), the raw camera's (CV_32FC2);
+// Of each pixel of a rectified image of a camera, the raw camera's (CV_32FC2);
 // beyond the image where there is none. The origin of pixels is the centre of the first.
 cv::Mat RectifyingMap(const Rig& rectified, const Rig& raw, int camera);
 

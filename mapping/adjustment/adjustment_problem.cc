@@ -350,7 +350,7 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
   GraduateClosures(1);
   if (!run.source) return;
   points.lens_shifts = lines.lens_shifts = matched_points.lens_shifts =
-      std::make_shared<const std::array<LensShift, 2>>(
+      std::make_shared<const std::vector<LensShift>>(
           ComputeLensShifts(run.source->raw_rig, run.rectified_rig));
 }
 

@@ -93,11 +93,11 @@ std::map<int64_t, std::vector<Adjusted>> CollectObservations(
   for (size_t k = 0; k < run.keyframes.size(); ++k) {
     for (const Observation& seen : run.keyframes[k].*list) {
       Adjusted observation{k, {}};
-      observation.measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
+      const auto camera = run.rectified_rig.cameras.begin() + seen.camera;
+      observation.measurement.left = PlaneFromPixel(camera[0], seen.left_px);
       observation.measurement.camera = seen.camera;
       if (seen.right_px) {
-        observation.measurement.right =
-            PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
+        observation.measurement.right = PlaneFromPixel(camera[1], *seen.right_px);
       }
       observations[GetLandmark(seen)].push_back(observation);
     }

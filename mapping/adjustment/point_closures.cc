@@ -39,6 +39,7 @@ std::vector<PosedView> CollectViews(const AdjustmentState& state, const StereoGe
   for (size_t i = 0; i < state.points.size(); ++i) {
     const Vector3d p_world = PointInWorld(state.points[i], state);
     for (const AdjustedPointObservation& observation : state.points[i].observations) {
+      if (observation.measurement.camera != 0) continue;  // whose images are looked at again
       PosedView& view = views[observation.frame];
       view.points.push_back(i);
       view.places.push_back(observation.measurement.left);

@@ -385,19 +385,21 @@ struct PixelMove {
   }
 };
 
-std::array<PixelMove, 2> MovesBetween(const Rig& from, const Rig& to) {
-  const auto move = [&](int camera) {
-    return PixelMove{
-        from.cameras[camera], to.cameras[camera],
-        to.T_imu_camera[camera].rotation.conjugate() * from.T_imu_camera[camera].rotation};
-  };
-  return {move(0), move(1)};
+// By camera.
+std::vector<PixelMove> MovesBetween(const Rig& from, const Rig& to) {
+  std::vector<PixelMove> moves;
+  for (size_t i = 0; i < from.cameras.size(); ++i) {
+    moves.push_back({from.cameras[i], to.cameras[i],
+                     to.T_imu_camera[i].rotation.conjugate() * from.T_imu_camera[i].rotation});
+  }
+  return moves;
 }
 
 }  // namespace
 
 bool IsSameRig(const Rig& a, const Rig& b) {
-  for (int i = 0; i < 2; ++i) {
+  if (a.cameras.size() != b.cameras.size()) return false;
+  for (size_t i = 0; i < a.cameras.size(); ++i) {
     const RigidTransform T = a.T_imu_camera[i].Inverse() * b.T_imu_camera[i];
     if (T.translation.norm() > kSameCentre_m) return false;
     if (LogRotation(T.rotation).norm() > kSameDirection_rad) return false;
@@ -407,7 +409,7 @@ bool IsSameRig(const Rig& a, const Rig& b) {
 
 std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const Rig& from,
                                        const Rig& to) {
-  const std::array<PixelMove, 2> moves = MovesBetween(from, to);
+  const std::vector<PixelMove> moves = MovesBetween(from, to);
   for (LineSupport& support : supports) {
     const PixelMove& move = moves[support.camera];
     support.px = {move.At(support.px.start), move.At(support.px.end)};
@@ -417,7 +419,7 @@ std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const 
 
 std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservation> observations,
                                                    const Rig& from, const Rig& to) {
-  const std::array<PixelMove, 2> moves = MovesBetween(from, to);
+  const std::vector<PixelMove> moves = MovesBetween(from, to);
   for (MapPointObservation& seen : observations) seen.px = moves[seen.camera].At(seen.px);
   return observations;
 }

@@ -143,8 +143,10 @@ Rig CamerasOfMap(const Rig& given, const std::optional<Rig>& calibrated) {
   Rig rig = given;
   if (!calibrated) return rig;
   rig.cameras = calibrated->cameras;
-  rig.T_imu_camera[1] =
-      given.T_imu_camera[0] * (calibrated->T_imu_camera[0].Inverse() * calibrated->T_imu_camera[1]);
+  for (size_t i = 1; i < rig.cameras.size(); ++i) {
+    rig.T_imu_camera[i] = given.T_imu_camera[0] *
+                          (calibrated->T_imu_camera[0].Inverse() * calibrated->T_imu_camera[i]);
+  }
   return rig;
 }
 

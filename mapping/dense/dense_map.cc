@@ -207,7 +207,8 @@ double OpticalAxesAngle(const RigidTransform& a, const RigidTransform& b) {
 std::vector<std::size_t> SelectDenseViews(const Views& views, const DenseOptions& options) {
   std::vector<std::size_t> selected;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!selected.empty() && views[selected.back()].segment == views[i].segment) {
+    if (!selected.empty() && views[selected.back()].segment == views[i].segment &&
+        views[selected.back()].left_camera == views[i].left_camera) {
       const RigidTransform& before = views[selected.back()].T_world_imu;
       const RigidTransform& now = views[i].T_world_imu;
       if ((now.translation - before.translation).norm() < options.min_travel_m &&
@@ -260,7 +261,8 @@ void DepthWindow::Read(std::size_t i) {
   view.T_world_camera = WorldFromCamera(source, images_.rig());
   view.segment = source.segment;
   const StereoImage pair = images_.Read(selected_[i]);
-  view.depth = StereoDepth(pair, images_.mask(0), images_.rig(), options_);
+  view.depth = StereoDepth(pair, images_.mask_of(selected_[i], 0), images_.rig(), options_,
+                           source.left_camera);
   if (pair.left.empty() || pair.right.empty()) return;
   view.left = DepthPyramid(pair.left);
   view.right = DepthPyramid(pair.right);
@@ -303,9 +305,9 @@ std::vector<std::size_t> DepthWindow::FindNeighbours(std::size_t i) const {
 void DepthWindow::Refine(std::size_t i) {
   WindowView& view = At(i);
   if (view.left.empty()) return;
-  const Rig& rig = images_.rig();
+  const int left_camera = views_[selected_[i]].left_camera;
   std::vector<NeighbourImage> neighbours = {
-      {&view.right, rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0], options_.pair_sigma_px}};
+      {&view.right, RightFromLeft(images_.rig(), left_camera), options_.pair_sigma_px}};
   for (const std::size_t j : FindNeighbours(i)) {
     neighbours.push_back(
         {&At(j).left, At(j).T_world_camera.Inverse() * view.T_world_camera, kPoseSigma_px});

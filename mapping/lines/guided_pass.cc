@@ -232,7 +232,8 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
     const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
                                cameras.cameras[camera], {.max_depth_m = options.max_depth_m});
     if (!part || image.empty()) continue;
-    std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
+    std::vector<LineSample> samples =
+        SampleLine(image, images.mask_of(static_cast<size_t>(view), camera), *part, sampling);
     KeepClear(*line, kBin_m, depths, view, camera, &samples);
     if (looked.empty()) {
       looked.assign(line->bins.size(), 0);

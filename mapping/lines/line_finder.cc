@@ -193,8 +193,9 @@ double LineFinder::GradientIn(int view, const TrackedLine& line) const {
                              cameras_.cameras[0], {.max_depth_m = options_.max_depth_m});
   if (!part) return 0;
   std::vector<double> gradients;
-  for (const LineSample& sample : SampleLine(window_.at(view).images.left, images_.mask(0), *part,
-                                             {.min_gradient = kMinGradient})) {
+  const cv::Mat& mask = images_.mask_of(static_cast<size_t>(view), 0);
+  for (const LineSample& sample :
+       SampleLine(window_.at(view).images.left, mask, *part, {.min_gradient = kMinGradient})) {
     if (sample.is_edge) gradients.push_back(sample.gradient);
   }
   return Median(std::move(gradients));
@@ -222,7 +223,8 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
                    cameras_.cameras[image.camera], {.max_depth_m = options_.max_depth_m});
       if (!part) continue;
       const std::vector<LineSample> samples = SampleLine(
-          window_.at(image.view).image(image.camera), images_.mask(image.camera), *part, sampling);
+          window_.at(image.view).image(image.camera),
+          images_.mask_of(static_cast<size_t>(image.view), image.camera), *part, sampling);
       looked += samples.size();
       for (const LineSample& sample : samples) shown += sample.is_edge;
       AddPlaces(samples, *part, image.view, image.camera, kFitPlaceStep_m, &places);

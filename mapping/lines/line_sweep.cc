@@ -295,7 +295,7 @@ EdgeView ReadEdges(const ViewImages& images, size_t view, double min_gradient,
     read.edges[camera] = EdgeDirections(read.image(camera), min_gradient);
   }
   if (!read.images.left.empty()) {
-    read.segments = DetectSegments(read.images.left, images.mask(0), detector);
+    read.segments = DetectSegments(read.images.left, images.mask_of(view, 0), detector);
   }
   return read;
 }

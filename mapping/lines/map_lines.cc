@@ -110,7 +110,7 @@ struct PlaceOfPiece {
 
 auto GetImage(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view, p.place->camera); }
 
-// By piece, view and camera; views are in the order of their stamps.
+// By piece, view and camera.
 std::vector<PlaceOfPiece> PlacesByImage(const TrackedLine& line) {
   std::vector<PlaceOfPiece> places;
   for (const EdgePoint& place : line.places) {
@@ -223,7 +223,8 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
     const Interval extent = MeasureExtent(of_image, line.intervals[from->piece]);
     if (const auto px = GetSegment(line, extent, of_image, cameras)) {
       const EdgePoint& place = *from->place;
-      supports->push_back({id, from->piece, views[place.view].stamp_ns, place.camera, *px});
+      const View& view = views[place.view];
+      supports->push_back({id, from->piece, view.stamp_ns, view.left_camera + place.camera, *px});
     }
     from = to;
   }
@@ -244,6 +245,8 @@ LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views&
     }
     AddSupports(lines[i], id, views, cameras, &evidence.supports);
   }
+  // Views of a further pair stand behind those of the one before.
+  std::ranges::sort(evidence.supports, {}, [](const LineSupport& s) { return MakeKey(s); });
   return evidence;
 }
 

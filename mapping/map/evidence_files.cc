@@ -97,7 +97,7 @@ CsvColumns CovarianceColumns() {
 CsvColumns SupportColumns() {
   CsvColumns columns = PieceColumns();
   columns.push_back(IntegerColumn("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns));
-  columns.push_back(IntegerColumn("camera", 0, 1));
+  columns.push_back(IntegerColumn("camera", 0, kMaxId));
   for (const char* name : {"start_x_px", "start_y_px", "end_x_px", "end_y_px"}) {
     columns.push_back({name, CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel});
   }
@@ -225,7 +225,7 @@ CsvColumns ObservationColumns() {
   return {IntegerColumn("point", 0, kMaxId),
           IntegerColumn("track", 0, kMaxId),
           IntegerColumn("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns),
-          IntegerColumn("camera", 0, 1),
+          IntegerColumn("camera", 0, kMaxId),
           {"x_px", CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel},
           {"y_px", CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel}};
 }

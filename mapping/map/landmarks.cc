@@ -207,7 +207,7 @@ class PixelsOfRun {
   PixelsOfRun(const OdometryRun& run, const Rig& rig)
       : from_(run.rectified_rig), to_(rig), geometry_(run.rectified_rig.T_imu_camera, 1) {
     if (run.calibration.empty() || !run.source) return;
-    geometry_.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(
+    geometry_.lens_shifts = std::make_shared<const std::vector<LensShift>>(
         ComputeLensShifts(run.source->raw_rig, run.rectified_rig));
     const CalibrationEstimate& found = run.calibration.back();
     const CameraCalibrationBlock block = MakeCameraBlock(found);
@@ -280,7 +280,7 @@ std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>
             {track->second.point, track->second.number, keyframe.stamp_ns, camera, moved_px});
       };
       add(seen.camera, seen.left_px);
-      if (seen.right_px) add(1, *seen.right_px);
+      if (seen.right_px) add(seen.camera + 1, *seen.right_px);
     }
   }
   std::ranges::sort(observations, {},
@@ -313,7 +313,8 @@ LineCovariance ComputeCovariance(const Line& line) {
 void AddSupports(const Keyframe& keyframe, const LineObservation& seen,
                  std::vector<LineSupport>* supports) {
   supports->push_back({seen.id, 0, keyframe.stamp_ns, seen.camera, seen.left_px});
-  if (seen.right_px) supports->push_back({seen.id, 0, keyframe.stamp_ns, 1, *seen.right_px});
+  if (!seen.right_px) return;
+  supports->push_back({seen.id, 0, keyframe.stamp_ns, seen.camera + 1, *seen.right_px});
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ struct LineSupport {
   int64_t line_id = 0;
   int piece = 0;
   int64_t stamp_ns = 0;  // of the image
-  int camera = 0;        // 0 left, 1 right
+  int camera = 0;        // of the rig
   LineSegment px;
 };
 
@@ -129,7 +129,7 @@ struct MapPointObservation {
   int64_t point = 0;     // of the map's, from 0
   int track = 0;         // of the point's, from 0
   int64_t stamp_ns = 0;  // of the image
-  int camera = 0;        // 0 left, 1 right
+  int camera = 0;        // of the rig
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
 };
 

@@ -21,7 +21,7 @@ std::vector<RayBundle> KeyframeRays(const OdometryRun& run, const std::vector<Ma
   }
   std::vector<RayBundle> rays;
   for (const Keyframe& keyframe : run.keyframes) {
-    for (int camera = 0; camera < (LooksApart(run.rectified_rig) ? 2 : 1); ++camera) {
+    for (const auto& [camera, is_pair] : CameraGroups(run.rectified_rig)) {
       RayBundle bundle;
       bundle.p_world_camera =
           (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[camera]).translation;

@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 // turned.
 struct ViewFiles {
   std::string left_path, right_path;
+  int left_camera = 0;
 };
 
 // Where the images of a run are.
@@ -41,7 +42,7 @@ struct RunImages {
 class RecordedImageReader : public ViewImages {
  public:
   RecordedImageReader(const Rig& raw_rig, const RectifierOptions& options,
-                      const std::array<PixelForm, 2>& forms, SharedImageStore store,
+                      const std::vector<PixelForm>& forms, SharedImageStore store,
                       std::vector<ViewFiles> files, SharedImageCache cache,
                       std::shared_ptr<LostImages> lost)
       : raw_rig_(raw_rig),
@@ -54,12 +55,14 @@ class RecordedImageReader : public ViewImages {
 
   const Rig& rig() const override { return rectifier_.rectified_rig(); }
   const cv::Mat& mask(int camera) const override { return rectifier_.mask(camera); }
+  int left_camera(size_t view) const override { return files_[view].left_camera; }
 
   StereoImage Read(size_t view) const override {
     StereoImage pair;
-    pair.left = ReadRectified(files_[view].left_path, 0);
-    const bool is_left_alone = files_[view].right_path.empty() && !files_[view].left_path.empty();
-    if (!is_left_alone) pair.right = ReadRectified(files_[view].right_path, 1);
+    const auto& [left_path, right_path, left_camera] = files_[view];
+    pair.left = ReadRectified(left_path, left_camera);
+    const bool is_left_alone = right_path.empty() && !left_path.empty();
+    if (!is_left_alone) pair.right = ReadRectified(right_path, left_camera + 1);
     return pair;
   }
 
@@ -76,7 +79,7 @@ class RecordedImageReader : public ViewImages {
 
   const Rig raw_rig_;
   const Rectifier rectifier_;
-  const std::array<PixelForm, 2> forms_;
+  const std::vector<PixelForm> forms_;
   const SharedImageStore store_;
   const std::vector<ViewFiles> files_;
   const SharedImageCache cache_;
@@ -88,7 +91,7 @@ void RequireStereo(const std::string& place, const Rig& rig) {
   throw DataError(fmt::format(
       "{}: found {}, expected two that see the same: mapping from images needs a stereo rig "
       "(--sparse maps from a run alone)",
-      place, LooksApart(rig) ? "two cameras that look apart" : "one camera"));
+      place, HasTwoCameras(rig) ? "cameras that look apart" : "one camera"));
 }
 
 // The cameras as the run has found them. Poses are those of the body, in which the left camera
@@ -131,22 +134,23 @@ RunImages FindRecording(const OdometryRun& run, const std::string& sequence) {
   return {place, OpenImageStore(place, run.source->opened)};
 }
 
-std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& place) {
+// Of a pair of cameras.
+std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& place,
+                                          int left_camera = 0) {
   std::map<int64_t, ViewFiles> files_at;
   for (const StereoEntry& images : run.source->images) {
-    files_at[images.stamp_ns] = {MakePath(images.left_path, place),
-                                 MakePath(images.right_path, place)};
+    if (left_camera > 0 && images.path(left_camera).empty()) continue;
+    files_at[images.stamp_ns] = {MakePath(images.path(left_camera), place),
+                                 MakePath(images.path(left_camera + 1), place), left_camera};
   }
   return files_at;
 }
 
-std::array<PixelForm, 2> ReadPixelForms(const RunImages& recorded,
-                                        const std::map<int64_t, ViewFiles>& files_at,
-                                        ImageCache* cache) {
-  std::array<std::vector<std::string>, 2> paths;
-  for (const auto& [stamp_ns, files] : files_at) {
-    paths[0].push_back(files.left_path);
-    if (!files.right_path.empty()) paths[1].push_back(files.right_path);
+std::vector<PixelForm> ReadPixelForms(const OdometryRun& run, const RunImages& recorded,
+                                      ImageCache* cache) {
+  auto paths = ImagePaths(run.source->images, run.source->raw_rig.cameras.size());
+  for (auto& of_camera : paths) {
+    for (std::string& path : of_camera) path = MakePath(path, recorded.place);
   }
   return cache->FindForms(*recorded.store, paths);
 }
@@ -292,8 +296,8 @@ cv::Mat ImageCache::Read(const ImageStore& images, const std::string& path, cons
   return image;
 }
 
-std::array<PixelForm, 2> ImageCache::FindForms(
-    const ImageStore& images, const std::array<std::vector<std::string>, 2>& paths) {
+std::vector<PixelForm> ImageCache::FindForms(const ImageStore& images,
+                                             const std::vector<std::vector<std::string>>& paths) {
   const std::lock_guard lock(mutex_);
   if (!forms_) forms_ = FindPixelForms(images, paths);
   return *forms_;
@@ -315,7 +319,7 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
   const RunImages recorded = FindRecording(run, sequence);
   const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, recorded.place);
   return std::make_unique<RecordedImageReader>(
-      CamerasAsFound(run), RectifierOptions(), ReadPixelForms(recorded, files_at, cache.get()),
+      CamerasAsFound(run), RectifierOptions(), ReadPixelForms(run, recorded, cache.get()),
       recorded.store, KeyframeFiles(run, recorded, files_at), cache,
       std::make_shared<LostImages>());
 }
@@ -336,7 +340,8 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
   const std::string place = fs::weakly_canonical(recorded.place).string();
   std::string states = place + '\n';
   for (const StereoEntry& images : run.source->images) {
-    for (const std::string& file : {images.left_path, images.right_path}) {
+    for (int camera = 0; camera < CameraCount(run.source->raw_rig); ++camera) {
+      const std::string& file = images.path(camera);
       if (file.empty()) continue;  // of a pair whose right image is not used
       states += fmt::format("{} {}\n", file, recorded.store->State(MakePath(file, place)));
     }
@@ -347,27 +352,36 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence,
                          const SharedImageCache& cache) {
   const RunImages from = FindRecording(run, sequence);
-  std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, from.place);
-  RecordedViews recorded;
-  for (const Keyframe& keyframe : run.keyframes) {
-    recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
-  }
-  std::vector<ViewFiles> files = KeyframeFiles(run, from, files_at);
   const Rig rig = CamerasAsFound(run);
-  const std::array<PixelForm, 2> forms = ReadPixelForms(from, files_at, cache.get());
+  const std::vector<PixelForm> forms = ReadPixelForms(run, from, cache.get());
   const auto lost = std::make_shared<LostImages>();
+  const Views frames = FramesOfRun(run);
+  RecordedViews recorded;
+  std::vector<ViewFiles> files, frame_files;
+  for (const auto& [left_camera, is_pair] : CameraGroups(rig)) {
+    if (!is_pair) continue;  // shows no depth
+    std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, from.place, left_camera);
+    const std::vector<ViewFiles> of_keyframes = KeyframeFiles(run, from, files_at);
+    for (size_t i = 0; i < of_keyframes.size(); ++i) {
+      const Keyframe& keyframe = run.keyframes[i];
+      if (left_camera > 0 && of_keyframes[i].left_path.empty()) continue;
+      recorded.views.push_back(
+          {keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu, left_camera});
+      files.push_back(of_keyframes[i]);
+    }
+    for (View frame : frames) {
+      const ViewFiles& pair = files_at[frame.stamp_ns];
+      if (!from.store->Has(pair.left_path)) {
+        if (left_camera == 0 || !pair.left_path.empty()) lost->Add(pair.left_path);
+        continue;
+      }
+      frame.left_camera = left_camera;
+      recorded.frames.push_back(frame);
+      frame_files.push_back(pair);
+    }
+  }
   recorded.images = std::make_unique<RecordedImageReader>(
       rig, RectifierOptions(), forms, from.store, std::move(files), cache, lost);
-  std::vector<ViewFiles> frame_files;
-  for (const View& frame : FramesOfRun(run)) {
-    const ViewFiles& pair = files_at[frame.stamp_ns];
-    if (!from.store->Has(pair.left_path)) {
-      lost->Add(pair.left_path);
-      continue;
-    }
-    recorded.frames.push_back(frame);
-    frame_files.push_back(pair);
-  }
   recorded.frame_images = std::make_unique<RecordedImageReader>(
       rig, RectifierOptions{.scale = 1}, forms, from.store, std::move(frame_files), cache, lost);
   recorded.lost = lost;
@@ -397,6 +411,9 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
     }
     run.source->images.push_back({pair.stamp_ns, PathWithin(pair.left_path, recording.folder),
                                   PathWithin(pair.right_path, recording.folder)});
+    for (const std::string& path : pair.other_paths) {
+      run.source->images.back().other_paths.push_back(PathWithin(path, recording.folder));
+    }
     run.states.push_back({.stamp_ns = pair.stamp_ns, .T_world_imu = *T_world_imu});
     if (run.keyframes.empty() ||
         IsFarEnough(run.keyframes.back().T_world_imu, *T_world_imu, selection)) {

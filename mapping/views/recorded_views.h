@@ -1,7 +1,6 @@
 // Views of a recording: the keyframes of a run, or what poses by anyone say.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -30,15 +29,15 @@ class ImageCache {
   cv::Mat Read(const ImageStore& images, const std::string& path, const cv::Size& size,
                const PixelForm& form);
 
-  // Of both cameras, from a sample of the images: FindPixelForms().
-  std::array<PixelForm, 2> FindForms(const ImageStore& images,
-                                     const std::array<std::vector<std::string>, 2>& paths);
+  // By camera, from a sample of the images: FindPixelForms().
+  std::vector<PixelForm> FindForms(const ImageStore& images,
+                                   const std::vector<std::vector<std::string>>& paths);
 
  private:
   std::mutex mutex_;
   std::unordered_map<std::string, cv::Mat> kept_;
   size_t kept_bytes_ = 0;
-  std::optional<std::array<PixelForm, 2>> forms_;
+  std::optional<std::vector<PixelForm>> forms_;
 };
 
 using SharedImageCache = std::shared_ptr<ImageCache>;

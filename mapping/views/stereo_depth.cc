@@ -46,10 +46,10 @@ constexpr double kMatchSigma_px = 0.35;  // of disparities, at full size
 constexpr int kMaxLeftRight_px = 2;      // between a match and the one back, at half size
 constexpr int kSpeckle_px = 60;          // smaller patches of equal disparity are noise
 
-int DisparitiesAtHalfSize(const Rig& rig, const DenseOptions& options) {
-  const double most_px = rig.cameras[0].fx_px * Baseline_m(rig) / options.min_depth_m / 2;
+int DisparitiesAtHalfSize(const Camera& camera, double baseline_m, const DenseOptions& options) {
+  const double most_px = camera.fx_px * baseline_m / options.min_depth_m / 2;
   const int rounded = static_cast<int>(std::ceil(most_px / 16)) * 16;
-  return std::clamp(rounded, 16, rig.cameras[0].width_px / 32 * 16);
+  return std::clamp(rounded, 16, camera.width_px / 32 * 16);
 }
 
 // Disparities of the left image at half size, in pixels of that size; not positive where unknown.
@@ -108,17 +108,20 @@ std::optional<Eigen::Vector3d> PlaneAround(const cv::Mat& disparity, int u, int 
 
 }  // namespace
 
-double Baseline_m(const Rig& rig) {
-  return (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
+double Baseline_m(const Rig& rig, int left_camera) {
+  return (rig.T_imu_camera[left_camera + 1].translation - rig.T_imu_camera[left_camera].translation)
+      .norm();
 }
 
 DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
-                      const DenseOptions& options) {
-  const Camera& camera = rig.cameras[0];
+                      const DenseOptions& options, int left_camera) {
+  const Camera& camera = rig.cameras[left_camera];
+  const double baseline_m = Baseline_m(rig, left_camera);
   DepthGrid grid(camera, options.grid_px);
   if (pair.left.empty() || pair.right.empty()) return grid;
-  const cv::Mat disparity = MatchAtHalfSize(pair, DisparitiesAtHalfSize(rig, options));
-  const double per_px = 1 / (camera.fx_px * Baseline_m(rig));  // inverse depth of a disparity
+  const cv::Mat disparity =
+      MatchAtHalfSize(pair, DisparitiesAtHalfSize(camera, baseline_m, options));
+  const double per_px = 1 / (camera.fx_px * baseline_m);  // inverse depth of a disparity
   const double min_cosine = std::cos(kDepthMaxGrazing_deg * M_PI / 180);
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {

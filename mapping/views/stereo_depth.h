@@ -112,8 +112,8 @@ class SlopeFit {
   int count_ = 0;
 };
 
-// Between the cameras of a stereo rig.
-double Baseline_m(const Rig& rig);
+// Between the cameras of a pair of a rig.
+double Baseline_m(const Rig& rig, int left_camera = 0);
 
 // Matches the pair at half size (H. Hirschmueller, "Stereo processing by semiglobal matching and
 // mutual information", PAMI 2008, as OpenCV has it), checks left against right, and fits a plane of
@@ -121,6 +121,6 @@ double Baseline_m(const Rig& rig);
 // angle, outside of the mask (255 where there are pixels) and beyond the range of depth stay
 // unknown. Sigma is that of matching: about a third of a pixel.
 DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
-                      const DenseOptions& options);
+                      const DenseOptions& options, int left_camera = 0);
 
 }  // namespace slcmap::mapping

@@ -19,28 +19,40 @@ struct View {
   int segment = 0;       // of the run: between segments poses may jump
   // Of the body that the rig's T_imu_camera refers to.
   RigidTransform T_world_imu;
+  int left_camera = 0;  // of the rig: that of the pair, whose right one is the next
 };
 
-using Views = std::vector<View>;  // by stamp
+// By stamp; those of a further pair of cameras come behind those of the one before.
+using Views = std::vector<View>;
 
 // The images of views, rectified: both of one ideal pinhole, a point has the same row in both.
 class ViewImages {
  public:
   virtual ~ViewImages() = default;
 
-  // The rig that the rectified images belong to.
+  // The rig that the rectified images belong to; all cameras have the same intrinsics.
   virtual const Rig& rig() const = 0;
 
-  // 255 where the rectified image of a camera (0 left, 1 right) has true pixels, else 0.
+  // 255 where the rectified image of a camera of the rig has true pixels, else 0.
   virtual const cv::Mat& mask(int camera) const = 0;
+
+  // The left camera of the view with that index, and the mask of its left (0) or right image.
+  virtual int left_camera(size_t) const { return 0; }
+  const cv::Mat& mask_of(size_t view, int camera) const { return mask(left_camera(view) + camera); }
 
   // The pair of the view with that index. An image that cannot be read is empty. May be called from
   // several threads.
   virtual StereoImage Read(size_t view) const = 0;
 };
 
+// camera: 0 left, 1 right.
 inline RigidTransform WorldFromCamera(const View& view, const Rig& rig, int camera = 0) {
-  return view.T_world_imu * rig.T_imu_camera[camera];
+  return view.T_world_imu * rig.T_imu_camera[view.left_camera + camera];
+}
+
+// From the left to the right camera of a pair.
+inline RigidTransform RightFromLeft(const Rig& rig, int left_camera) {
+  return rig.T_imu_camera[left_camera + 1].Inverse() * rig.T_imu_camera[left_camera];
 }
 
 // Where the rectified cameras of all views are.
@@ -50,7 +62,7 @@ struct ViewCameras {
   std::vector<std::array<RigidTransform, 2>> T_camera_world;  // by view, left and right
   cv::Mat left_mask;  // as ViewImages has it; empty: the whole image is true
 
-  ViewCameras(const Views& views, const Rig& rig) : cameras(rig.cameras) {
+  ViewCameras(const Views& views, const Rig& rig) : cameras{rig.cameras[0], rig.cameras[1]} {
     for (const View& view : views) {
       T_camera_world.push_back(
           {WorldFromCamera(view, rig, 0).Inverse(), WorldFromCamera(view, rig, 1).Inverse()});

@@ -189,7 +189,10 @@ std::vector<size_t> FindPartners(const Views& views, size_t first, int later_vie
   std::vector<size_t> partners;
   const size_t end = std::min(views.size(), first + 1 + static_cast<size_t>(later_views));
   for (size_t second = first + 1; second < end && partners.size() < count; ++second) {
-    if (views[second].segment != views[first].segment) break;
+    if (views[second].segment != views[first].segment ||
+        views[second].left_camera != views[first].left_camera) {
+      break;
+    }
     const auto [travel_m, turn_rad] = HowFarApart(views[first], views[second]);
     if (travel_m > kMinTravel_m && travel_m < kMaxTravel_m && turn_rad < kMaxTurn_rad) {
       partners.push_back(second);
@@ -216,9 +219,8 @@ std::vector<ViewPoint> RecognisedPoints(const StereoImage& pair, const ViewImage
   const Rig& rig = images.rig();
   const std::vector<ViewPoint> points = PointsOfView(pair, images);
   std::vector<ViewPoint> recognised;
-  for (const ViewMatch& match : MatchPoints(points, pair.left, pair.right, rig.cameras[0],
-                                            rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0])
-                                    .found) {
+  for (const ViewMatch& match :
+       MatchPoints(points, pair.left, pair.right, rig.cameras[0], RightFromLeft(rig, 0)).found) {
     recognised.push_back(points[match.point]);
   }
   return recognised;
@@ -250,6 +252,7 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
   const size_t step = std::max<size_t>(1, (views.size() + kMaxPairs - 1) / kMaxPairs);
   std::vector<std::pair<size_t, size_t>> pairs;
   for (size_t first = 0; first < views.size(); first += step) {
+    if (views[first].left_camera != 0) break;  // one pair tells
     for (const size_t second : FindPartners(views, first, kLaterViews, 1)) {
       pairs.emplace_back(first, second);
     }

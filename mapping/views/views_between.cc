@@ -30,7 +30,7 @@ void AddBetween(const Views& frames, size_t before, size_t after, const ViewSpac
 }
 
 bool AreAlike(const View& a, const View& b) {
-  return a.segment == b.segment &&
+  return a.segment == b.segment && a.left_camera == b.left_camera &&
          (a.T_world_imu.translation - b.T_world_imu.translation).norm() <= kAlike_m &&
          a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation) <= kAlike_rad;
 }
@@ -58,7 +58,8 @@ std::vector<size_t> SelectViews(const Views& frames, const Views& keyframes,
     if (!is_keyframe.contains({frames[i].segment, frames[i].stamp_ns})) continue;
     if (options.between_keyframes && !selected.empty()) {
       const size_t before = selected.back();
-      if (frames[before].segment == frames[i].segment) {
+      if (frames[before].segment == frames[i].segment &&
+          frames[before].left_camera == frames[i].left_camera) {
         AddBetween(frames, before, i, options, &selected);
       }
     }

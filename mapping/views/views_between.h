@@ -28,6 +28,7 @@ class SelectedImages : public ViewImages {
 
   const Rig& rig() const override { return all_.rig(); }
   const cv::Mat& mask(int camera) const override { return all_.mask(camera); }
+  int left_camera(size_t view) const override { return all_.left_camera(selected_[view]); }
   StereoImage Read(size_t view) const override { return all_.Read(selected_[view]); }
 
  private:

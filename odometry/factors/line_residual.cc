@@ -69,7 +69,7 @@ struct LinePlane {
         centre_imu(geometry.T_imu_camera[camera].translation),
         from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
         normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
-    if (!cameras || camera == 0) return;
+    if (!cameras || camera != 1) return;
     R_imu_camera = R_imu_camera * RightRotation(cameras).toRotationMatrix();
   }
 

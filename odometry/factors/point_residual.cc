@@ -23,26 +23,29 @@ using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 struct CameraCalibration {
   explicit CameraCalibration(const double* block)
       : psi(block + kRowRightRotation),
-        lenses{GetLens(0, block), GetLens(1, block)},
+        first(GetLens(0, block)),
+        second(GetLens(1, block)),
         R_true_right(RightRotation(block).conjugate().toRotationMatrix()) {}
 
+  const LensCorrection& lens(int camera) const { return camera == 1 ? second : first; }
+
   Eigen::Map<const Vector3d> psi;
-  std::array<LensCorrection, 2> lenses;
-  Matrix3d R_true_right;  // turns the given frame's coordinates into the true one's
+  LensCorrection first, second;  // of all cameras but the second, and of that
+  Matrix3d R_true_right;         // turns the given frame's coordinates into the true one's
 };
 
 std::array<LensMeasurement, 2> MakeLensMeasurements(const StereoMeasurement& measurement,
                                                     const StereoGeometry& geometry) {
   std::array<LensMeasurement, 2> out;
   out[0] = {geometry, measurement.camera, measurement.left};
-  if (measurement.right) out[1] = {geometry, 1, *measurement.right};
+  if (measurement.right) out[1] = {geometry, measurement.camera + 1, *measurement.right};
   return out;
 }
 
 // A point of a camera's given frame on its image.
 struct Projection {
   Projection(const Vector3d& p_given, int camera, const CameraCalibration& calibration)
-      : p_camera(camera == 0 ? p_given : calibration.R_true_right * p_given) {}
+      : p_camera(camera == 1 ? calibration.R_true_right * p_given : p_given) {}
 
   bool IsInFront() const { return p_camera.z() >= kMinDepthRatio; }
   Vector2d OnPlane() const { return p_camera.head<2>() / p_camera.z(); }
@@ -70,11 +73,11 @@ struct Projection {
                                   const CameraCalibration& calibration) const {
     JacobianByCameras d = JacobianByCameras::Zero();
     if (!IsInFront()) return d;
-    const LensCorrection& lens = calibration.lenses[camera];
+    const LensCorrection& lens = calibration.lens(camera);
     const double s = lens.focal_length;
     d.col(kRowFocalLength) = weight * (measured.gradient * (OnPlane() - measured.At(lens)) -
                                        measured.Magnification(s) * measured.ByFocalLength(s));
-    if (camera == 0) return d;
+    if (camera != 1) return d;
     d.middleCols<3>(kRowRightRotation) = by_point * Skew(p_camera) * RightJacobian(calibration.psi);
     d.middleCols<2>(kRowRightCentre) = weight * measured.Magnification(s) * measured.by_centre;
     return d;
@@ -85,18 +88,21 @@ struct Projection {
 
 }  // namespace
 
-StereoGeometry::StereoGeometry(const std::array<RigidTransform, 2>& transforms, double w)
-    : T_imu_camera(transforms),
-      R_imu_camera{transforms[0].rotation.toRotationMatrix(),
-                   transforms[1].rotation.toRotationMatrix()},
-      weight(w) {}
+StereoGeometry::StereoGeometry(const std::vector<RigidTransform>& transforms, double w)
+    : T_imu_camera(transforms), weight(w), lenses(transforms.size()) {
+  for (const RigidTransform& pose : transforms) {
+    R_imu_camera.push_back(pose.rotation.toRotationMatrix());
+  }
+}
 
 StereoGeometry StereoGeometry::CorrectedBy(const double* cameras) const {
-  std::array<RigidTransform, 2> transforms = T_imu_camera;
+  std::vector<RigidTransform> transforms = T_imu_camera;
   transforms[1].rotation = (transforms[1].rotation * RightRotation(cameras)).normalized();
   StereoGeometry corrected(transforms, weight);
   corrected.lens_shifts = lens_shifts;
-  corrected.lenses = {GetLens(0, cameras), GetLens(1, cameras)};
+  for (size_t i = 0; i < transforms.size(); ++i) {
+    corrected.lenses[i] = GetLens(static_cast<int>(i), cameras);
+  }
   return corrected;
 }
 
@@ -134,11 +140,11 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     const Vector3d& p_ic = geometry_->T_imu_camera[camera].translation;
     const Projection projection(r_ic.transpose() * (m - lambda * p_ic), camera, calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(target_[c], geometry_->weight, calibration.lenses[camera]);
+        projection.Residual(target_[c], geometry_->weight, calibration.lens(camera));
     if (!jacobians) continue;
     const Matrix23d by_point =
-        projection.ByPoint(target_[c], geometry_->weight, calibration.lenses[camera]);
-    const Matrix23d by_given = camera == 0 ? by_point : by_point * calibration.R_true_right;
+        projection.ByPoint(target_[c], geometry_->weight, calibration.lens(camera));
+    const Matrix23d by_given = camera == 1 ? by_point * calibration.R_true_right : by_point;
     const Matrix23d by_m = by_given * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
     const Matrix23d by_host = by_world * r_h;
@@ -167,7 +173,9 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
 HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host)
     : Factor(host.right ? 4 : 2, {kCameraCalibrationKind, kPointKind}),
       weight_(geometry.weight),
-      T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
+      T_right_left_(host.right ? geometry.T_imu_camera[host.camera + 1].Inverse() *
+                                     geometry.T_imu_camera[host.camera]
+                               : RigidTransform()),
       host_(MakeLensMeasurements(host, geometry)),
       first_camera_(host.camera),
       cameras_(host.right ? 2 : 1) {}
@@ -183,16 +191,16 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
     const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, camera,
                                 calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(host_[c], weight_, calibration.lenses[camera]);
+        projection.Residual(host_[c], weight_, calibration.lens(camera));
     if (!jacobians) continue;
-    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.lenses[camera]);
+    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.lens(camera));
     if (jacobians[0]) {
       Map<JacobianByCameras>{jacobians[0] + 2 * kCameraCalibrationSize* c} =
           projection.ByCalibration(by_point, camera, weight_, host_[c], calibration);
     }
     if (!jacobians[1]) continue;
     Map<Jacobian23> d(jacobians[1] + 6 * c);
-    const Matrix23d by_given = camera == 0 ? by_point : by_point * calibration.R_true_right;
+    const Matrix23d by_given = camera == 1 ? by_point * calibration.R_true_right : by_point;
     if (c == 0) {
       d << by_given.leftCols<2>(), Vector2d::Zero();
       continue;

@@ -15,18 +15,16 @@ namespace slcmap::inline odometry {
 // Of what one camera measured of a point (2 rows), that is kept.
 inline constexpr double kMaxPointChi2 = 12;
 
-// What all point residuals of a rig share: of a stereo camera, or of two that look apart, of which
-// each has its own measurements.
+// What all point residuals of a rig share, by camera.
 struct StereoGeometry {
-  std::array<RigidTransform, 2> T_imu_camera;
-  std::array<Eigen::Matrix3d, 2> R_imu_camera;
+  std::vector<RigidTransform> T_imu_camera;
+  std::vector<Eigen::Matrix3d> R_imu_camera;
   double weight = 1;  // focal length over the standard deviation of a measurement, both in pixels
-  std::array<LensCorrection, 2> lenses;
-  // Of the left and the right camera; null for ideal pinholes.
-  std::shared_ptr<const std::array<LensShift, 2>> lens_shifts;
+  std::vector<LensCorrection> lenses;
+  std::shared_ptr<const std::vector<LensShift>> lens_shifts;  // null for ideal pinholes
 
   StereoGeometry() = default;
-  StereoGeometry(const std::array<RigidTransform, 2>& T_imu_camera, double weight);
+  StereoGeometry(const std::vector<RigidTransform>& T_imu_camera, double weight);
 
   // The same with what a camera calibration block (see blocks.h) says.
   StereoGeometry CorrectedBy(const double* cameras) const;
@@ -45,11 +43,12 @@ struct StereoGeometry {
   }
 };
 
-// A point on the plane z = 1 of a rectified camera, in the left and (where seen) the right one.
+// A point on the plane z = 1 of a rectified camera, in the left and (where seen) the right one of a
+// pair.
 struct StereoMeasurement {
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right;
-  int camera = 0;  // whose `left` is: see PointObservation
+  int camera = 0;  // whose `left` is; `right` is of the next one
   // As it was measured, a place a camera, where what is above was brought to the stamp.
   std::vector<TimedPlace> timed = {};
 
@@ -86,7 +85,7 @@ struct LensMeasurement {
 };
 
 // A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's camera h (the
-// left one, unless two look apart) as it was given, and its inverse depth there (1 / m). The
+// left one of its pair) as it was given, and its inverse depth there (1 / m). The
 // bearing is estimated beside the depth: taken as measured, the host's noise would enter all
 // observations of the point as one error that nobody accounts for.
 //
@@ -95,11 +94,11 @@ struct LensMeasurement {
 // nothing special):
 //
 //   m   = R_t^T ( R_h (R_ICh z + lambda p_ICh) + lambda (p_h - p_t) )
-//   p_c = Exp(-psi)^c R_ICc^T ( m - lambda p_ICc )
+//   p_c = Exp(-psi)^e R_ICc^T ( m - lambda p_ICc )
 //   r   = weight (1 + s G_c) ( p_c.xy / p_c.z - (measured - s / (1 + s) g_c(measured)
-//                                                - c H_c(measured) d) )
+//                                                - e H_c(measured) d) )
 //
-// where G_c is the gradient of g_c there.
+// where G_c is the gradient of g_c there, and e is 1 for the rig's second camera, else 0.
 //
 // Rows: two for the left camera, and two more when the target saw the point in the right one.
 class PointResidual final : public Factor {

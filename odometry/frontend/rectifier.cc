@@ -5,6 +5,7 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 
 #include "data/calibration/calibration.h"
@@ -17,14 +18,16 @@ constexpr int kSizeStep_px = 8;      // the pyramid halves the image without rou
 constexpr int kMaskMargin_px = 4;    // interpolation and patches stay inside true pixels
 constexpr double kOutside_px = -10;  // a map entry that no pixel has
 
-// The common orientation of the rectified cameras in the IMU frame: x along the baseline, wherever
-// the second camera is beside the first one, z as near to both optical axes as that allows.
-Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& baseline_imu) {
-  const Eigen::Matrix3d R_left = rig.T_imu_camera[0].rotation.toRotationMatrix();
-  const Eigen::Matrix3d R_right = rig.T_imu_camera[1].rotation.toRotationMatrix();
-  const Eigen::Vector3d x = baseline_imu.normalized();
+// The common orientation of a pair of rectified cameras in the IMU frame: x along the baseline,
+// wherever the second camera is beside the first one, z as near to both optical axes as that
+// allows.
+Eigen::Quaterniond CommonOrientation(const RigidTransform& T_imu_left,
+                                     const RigidTransform& T_imu_right) {
+  const Eigen::Matrix3d R_left = T_imu_left.rotation.toRotationMatrix();
+  const Eigen::Matrix3d R_right = T_imu_right.rotation.toRotationMatrix();
+  const Eigen::Vector3d x = (T_imu_right.translation - T_imu_left.translation).normalized();
   const Eigen::Vector3d z_mean = R_left.col(2) + R_right.col(2);
-  if (std::abs(x.dot(z_mean.normalized())) > 0.7) {
+  if (StandBehind(T_imu_left, T_imu_right)) {
     throw DataError(
         "calibration: found a second camera that is not beside the first one looking the same way, "
         "expected cameras side by side or above each other, or that look apart (are T_BS and its "
@@ -121,25 +124,37 @@ cv::Mat ValidMask(const cv::Mat& source_pixels, const cv::Mat& given) {
 Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
     : given_rig_(rig), rectified_rig_(rig) {
   options.Check();
-  const Eigen::Vector3d baseline_imu =
-      rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation;
-  const bool stereo = IsStereo(rig) && baseline_imu.norm() > 0;
-  const bool two = stereo || LooksApart(rig);
-  const Eigen::Quaterniond R_imu_first =
-      stereo ? CommonOrientation(rig, baseline_imu) : rig.T_imu_camera[0].rotation;
-  const Camera pinhole = CommonPinhole(rig, R_imu_first, two, options);
-  for (int i = 0; i < (two ? 2 : 1); ++i) {
-    const Eigen::Quaterniond R_imu_rectified = stereo ? R_imu_first : rig.T_imu_camera[i].rotation;
-    const Eigen::Quaterniond R_camera_rectified =
-        rig.T_imu_camera[i].rotation.conjugate() * R_imu_rectified;
-    const cv::Mat source =
-        SourcePixels(rig.cameras[i], pinhole, R_camera_rectified.toRotationMatrix());
-    cv::convertMaps(source, cv::noArray(), map_xy_[i], map_fraction_[i], CV_16SC2);
-    masks_[i] = ValidMask(source, rig.masks[i]);
-    rectified_rig_.cameras[i] = pinhole;
-    rectified_rig_.masks[i].release();  // masks_ has it
-    rectified_rig_.T_imu_camera[i].rotation = R_imu_rectified;
+  const auto count = static_cast<size_t>(CameraCount(rig));
+  for (auto* images : {&map_xy_, &map_fraction_, &masks_}) images->resize(rig.cameras.size());
+  std::optional<Camera> pinhole;
+  for (const auto& [first, is_pair] : CameraGroups(rig)) {
+    const RigidTransform& T_imu_first = rig.T_imu_camera[first];
+    const bool is_apart =
+        is_pair && (rig.T_imu_camera[first + 1].translation - T_imu_first.translation).norm() > 0;
+    const Eigen::Quaterniond R_imu_rectified =
+        is_apart ? CommonOrientation(T_imu_first, rig.T_imu_camera[first + 1])
+                 : T_imu_first.rotation;
+    if (!pinhole) {
+      const bool two = is_apart || (!is_pair && count > 1);
+      pinhole = CommonPinhole(rig, R_imu_rectified, two, options);
+    }
+    SetUp(first, *pinhole, R_imu_rectified);
+    if (is_apart) SetUp(first + 1, *pinhole, R_imu_rectified);
   }
+}
+
+void Rectifier::SetUp(int camera, const Camera& pinhole,
+                      const Eigen::Quaterniond& R_imu_rectified) {
+  const auto i = static_cast<size_t>(camera);
+  const Eigen::Quaterniond R_camera_rectified =
+      given_rig_.T_imu_camera[i].rotation.conjugate() * R_imu_rectified;
+  const cv::Mat source =
+      SourcePixels(given_rig_.cameras[i], pinhole, R_camera_rectified.toRotationMatrix());
+  cv::convertMaps(source, cv::noArray(), map_xy_[i], map_fraction_[i], CV_16SC2);
+  masks_[i] = ValidMask(source, given_rig_.masks[i]);
+  rectified_rig_.cameras[i] = pinhole;
+  rectified_rig_.masks[i].release();  // masks_ has it
+  rectified_rig_.T_imu_camera[i].rotation = R_imu_rectified;
 }
 
 void Rectifier::CorrectRight(const RightCorrection& correction) {

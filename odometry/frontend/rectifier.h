@@ -1,9 +1,9 @@
-// Brings the images of a stereo rig (also a fisheye one) to a common ideal pinhole, and tells those
+// Brings the images of a rig (also a fisheye one) to a common ideal pinhole, and tells those
 // that a hanging camera has delivered again.
 #pragma once
 
-#include <array>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "data/core/types.h"
 #include "odometry/frontend/options.h"
@@ -11,9 +11,10 @@
 
 namespace slcmap::inline odometry {
 
-// Both rectified cameras are distortion-free pinholes of the same intrinsics and orientation, the
-// right one displaced along +x of the left, so that a point has the same row in both. Two that look
-// apart keep their orientations; of a fisheye the field of view is as wide as the options have it.
+// All rectified cameras are distortion-free pinholes of the same intrinsics. Those of a pair have
+// the same orientation, the right one displaced along +x of the left, so that a point has the same
+// row in both. Others keep theirs; of a fisheye the field of view is as wide as the options have
+// it.
 class Rectifier {
  public:
   Rectifier(const Rig& rig, const RectifierOptions& options);
@@ -25,7 +26,7 @@ class Rectifier {
   // The rig that the rectified images belong to.
   const Rig& rectified_rig() const { return rectified_rig_; }
 
-  // camera: 0 left, 1 right. The result has the rectified camera's size; pixels that no camera
+  // The result has the rectified camera's size; pixels that no camera
   // pixel maps to are black.
   cv::Mat Rectify(const cv::Mat& image, int camera) const;
 
@@ -35,9 +36,11 @@ class Rectifier {
 
  private:
   Rig given_rig_, rectified_rig_;
-  std::array<cv::Mat, 2> map_xy_;        // CV_16SC2
-  std::array<cv::Mat, 2> map_fraction_;  // CV_16UC1
-  std::array<cv::Mat, 2> masks_;
+  void SetUp(int camera, const Camera& pinhole, const Eigen::Quaterniond& R_imu_rectified);
+
+  std::vector<cv::Mat> map_xy_;        // by camera, CV_16SC2
+  std::vector<cv::Mat> map_fraction_;  // CV_16UC1
+  std::vector<cv::Mat> masks_;
 };
 
 // Tells images that a hanging camera has delivered again.

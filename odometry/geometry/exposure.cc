@@ -21,16 +21,20 @@ RigidTransform CameraAt(double after_s, const RigidTransform& T_body_camera,
 
 RowTimes::RowTimes(const Rig& given, const Rig& rectified, bool estimates)
     : at_once_(IsTakenAtOnce(given) && !estimates), given_(given) {
-  for (size_t c = 0; c < 2; ++c) {
-    R_camera_rectified_[c] =
-        given.T_imu_camera[c].rotation.conjugate() * rectified.T_imu_camera[c].rotation;
+  for (size_t c = 0; c < given.T_imu_camera.size(); ++c) {
+    R_camera_rectified_.push_back(given.T_imu_camera[c].rotation.conjugate() *
+                                  rectified.T_imu_camera[c].rotation);
   }
-  given_.masks = {};
+  given_.masks.clear();
 }
 
 double RowTimes::reach_s() const {
-  return std::max(0.5 * std::abs(given_.readout_s[0]),
-                  std::abs(given_.right_time_offset_s) + 0.5 * std::abs(given_.readout_s[1]));
+  double reach_s = 0;
+  for (size_t c = 0; c < given_.readout_s.size(); ++c) {
+    const double offset_s = std::abs(TimeOffset_s(given_, static_cast<int>(c)));
+    reach_s = std::max(reach_s, offset_s + 0.5 * std::abs(given_.readout_s[c]));
+  }
+  return reach_s;
 }
 
 TimedPlace RowTimes::Of(int camera, const Vector2d& on_plane) const {
@@ -46,14 +50,15 @@ std::vector<TimedPlace> RowTimes::Of(const Vector2d& left, const std::optional<V
                                      int camera) const {
   if (at_once_) return {};
   if (!right) return {Of(camera, left)};
-  return {Of(0, left), Of(1, *right)};
+  return {Of(camera, left), Of(camera + 1, *right)};
 }
 
 std::vector<TimedPlace> RowTimes::Of(const LineSegment& left,
                                      const std::optional<LineSegment>& right, int camera) const {
   if (at_once_) return {};
   if (!right) return {Of(camera, left.start), Of(camera, left.end)};
-  return {Of(0, left.start), Of(0, left.end), Of(1, right->start), Of(1, right->end)};
+  return {Of(camera, left.start), Of(camera, left.end), Of(camera + 1, right->start),
+          Of(camera + 1, right->end)};
 }
 
 FeltMotion FeltAround(const ImuBuffer& imu, int64_t stamp_ns, double reach_s) {
@@ -105,9 +110,10 @@ Vector2d AtMoment(const TimedPlace& measured, const RigidTransform& T_body_camer
 }
 
 double InverseDepth(const TimedPlace& left, const TimedPlace& right,
-                    const std::array<RigidTransform, 2>& T_body_camera, const BodyMotion& motion) {
-  const RigidTransform T_right_left = CameraAt(right.after_s, T_body_camera[1], motion).Inverse() *
-                                      CameraAt(left.after_s, T_body_camera[0], motion);
+                    const RigidTransform& T_body_left, const RigidTransform& T_body_right,
+                    const BodyMotion& motion) {
+  const RigidTransform T_right_left = CameraAt(right.after_s, T_body_right, motion).Inverse() *
+                                      CameraAt(left.after_s, T_body_left, motion);
   // (u x (ray + lambda offset)) = 0.
   const Vector3d u = right.on_plane.homogeneous();
   const Vector3d a = u.cross(T_right_left.rotation * left.on_plane.homogeneous());

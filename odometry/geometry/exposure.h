@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -47,8 +46,8 @@ class RowTimes {
   double LooksAhead_s() const;
 
   TimedPlace Of(int camera, const Eigen::Vector2d& on_plane) const;
-  // Of a point and of a segment's ends, left (or of the camera that is given) and (where seen)
-  // right; none where all is exposed at the stamp.
+  // Of a point and of a segment's ends, left (of the camera that is given) and (where seen) right
+  // (of the next one); none where all is exposed at the stamp.
   std::vector<TimedPlace> Of(const Eigen::Vector2d& left,
                              const std::optional<Eigen::Vector2d>& right, int camera = 0) const;
   std::vector<TimedPlace> Of(const LineSegment& left, const std::optional<LineSegment>& right,
@@ -57,7 +56,7 @@ class RowTimes {
  private:
   bool at_once_ = true;
   Rig given_;
-  std::array<Eigen::Quaterniond, 2> R_camera_rectified_;
+  std::vector<Eigen::Quaterniond> R_camera_rectified_;
 };
 
 // What the IMU read around a stamp; the rate is linear in time.
@@ -95,6 +94,7 @@ Eigen::Vector2d AtMoment(const TimedPlace& measured, const RigidTransform& T_bod
 
 // The inverse depth (1 / m) of what both cameras measured, each at its time; at least 0.
 double InverseDepth(const TimedPlace& left, const TimedPlace& right,
-                    const std::array<RigidTransform, 2>& T_body_camera, const BodyMotion& motion);
+                    const RigidTransform& T_body_left, const RigidTransform& T_body_right,
+                    const BodyMotion& motion);
 
 }  // namespace slcmap::odometry

@@ -100,9 +100,9 @@ Eigen::Matrix2d LensShift::ByCentre(const Vector2d& measured) const {
   return Interpolated(&Node::by_centre, measured);
 }
 
-std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectified) {
-  std::array<LensShift, 2> shifts;
-  for (int i = 0; i < (HasTwoCameras(given) ? 2 : 1); ++i) {
+std::vector<LensShift> ComputeLensShifts(const Rig& given, const Rig& rectified) {
+  std::vector<LensShift> shifts(given.cameras.size());
+  for (size_t i = 0; i < static_cast<size_t>(CameraCount(given)); ++i) {
     shifts[i] =
         LensShift(given.cameras[i],
                   given.T_imu_camera[i].rotation.conjugate() * rectified.T_imu_camera[i].rotation,

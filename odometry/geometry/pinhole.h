@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
 #include <vector>
 
 #include "data/core/camera.h"
@@ -88,8 +87,8 @@ class LensShift {
   int columns_ = 0, rows_ = 0;
 };
 
-// Of both cameras of a rig (the right one's where there is one), by the rectified ones.
-std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectified);
+// Of all cameras of a rig, by the rectified ones.
+std::vector<LensShift> ComputeLensShifts(const Rig& given, const Rig& rectified);
 
 // Right images that are rectified with what was found of the right camera, while all measurements
 // are told as the given calibration has them.

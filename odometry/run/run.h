@@ -83,7 +83,7 @@ struct KeyframeObservation {
   int64_t landmark_id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
   std::optional<Eigen::Vector2d> right_px;
-  int camera = 0;  // whose left_px it is: see PointObservation
+  int camera = 0;  // whose left_px it is; right_px is of the next one
 };
 
 // A keyframe with its pose as the window last had it.

@@ -74,9 +74,10 @@ std::string FormatTable(const OdometryRun& run, const std::string& table) {
   }
   for (const Keyframe& keyframe : run.keyframes) {
     if (table == kObservationTable) {
-      for (const auto& seen : keyframe.observations) rows += Row(keyframe.id, seen);
+      for (const auto& seen : keyframe.observations)
+        rows += Row(keyframe.id, seen, NamesCameras(run));
     } else if (table == kLineObservationTable) {
-      for (const auto& seen : keyframe.lines) rows += Row(keyframe.id, seen);
+      for (const auto& seen : keyframe.lines) rows += Row(keyframe.id, seen, NamesCameras(run));
     }
   }
   if (table != kLinePointTable) return rows;
@@ -88,8 +89,8 @@ std::string FormatTable(const OdometryRun& run, const std::string& table) {
 
 void WriteTables(const std::string& folder, const OdometryRun& run) {
   for (const TableFile& file : kTables) {
-    WriteFile(folder + "/" + file.name,
-              CsvHeader(RunColumns().at(file.table)) + "\n" + FormatTable(run, file.table));
+    WriteFile(folder + "/" + file.name, CsvHeader(RunColumns(NamesCameras(run)).at(file.table)) +
+                                            "\n" + FormatTable(run, file.table));
   }
 }
 
@@ -153,7 +154,7 @@ OdometryRun ReadWholeRun(const std::string& folder, const FolderReadOptions& opt
   for (const TableFile& file : kTables) {
     const std::string path = folder + "/" + file.name;
     if (file.newer && !std::filesystem::exists(path)) continue;  // what is listed is checked below
-    file.read(CsvTable::Read(path, RunColumns().at(file.table)), &run);
+    file.read(CsvTable::Read(path, RunColumns(NamesCameras(run)).at(file.table)), &run);
   }
   run.landmarks = ReadLandmarkFile(folder + "/" + kPoints);
   if (run.source) ReadRunSource(folder, &*run.source);

@@ -69,9 +69,13 @@ std::vector<std::string> RunSourceFiles() { return {kRawRig, kOptions, kImages};
 void WriteRunSource(const std::string& folder, const RunSource& source) {
   WriteRig(folder + "/" + kRawRig, source.raw_rig);
   WriteFile(folder + "/" + kOptions, source.options);
-  std::string rows = std::string(kImageHeader) + "\n";
+  std::string rows = kImageHeader;
+  for (int i = 2; i < CameraCount(source.raw_rig); ++i) rows += fmt::format(",camera_{}", i);
+  rows += "\n";
   for (const StereoEntry& images : source.images) {
-    rows += fmt::format("{},{},{}\n", images.stamp_ns, images.left_path, images.right_path);
+    rows += fmt::format("{},{},{}", images.stamp_ns, images.left_path, images.right_path);
+    for (const std::string& path : images.other_paths) rows += "," + path;
+    rows += "\n";
   }
   WriteFile(folder + "/" + kImages, rows);
 }
@@ -83,12 +87,13 @@ void ReadRunSource(const std::string& folder, RunSource* source) {
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
     if (row == 1) return;  // the names of the columns
     const auto stamp_ns = ParseScaledInteger(fields[0], 0);
-    if (!stamp_ns || fields.size() < 2 || fields.size() > 3) {
+    if (!stamp_ns || fields.size() < 2 || fields.size() > 1 + source->raw_rig.cameras.size()) {
       throw DataError(fmt::format("{}: row {}: found '{}', expected {}", path, row,
                                   fmt::join(fields, ","), kImageHeader));
     }
-    source->images.push_back(
-        {*stamp_ns, std::string(fields[1]), fields.size() > 2 ? std::string(fields[2]) : ""});
+    StereoEntry& images = source->images.emplace_back(StereoEntry{
+        *stamp_ns, std::string(fields[1]), fields.size() > 2 ? std::string(fields[2]) : ""});
+    for (size_t i = 3; i < fields.size(); ++i) images.other_paths.emplace_back(fields[i]);
   });
 }
 
@@ -195,10 +200,10 @@ std::string TaggedRows(const OdometryRun& run) {
   for (const Keyframe& keyframe : run.keyframes) {
     AddRow(kKeyframeTable, Row(keyframe), &rows);
     for (const auto& seen : keyframe.observations) {
-      AddRow(kObservationTable, Row(keyframe.id, seen), &rows);
+      AddRow(kObservationTable, Row(keyframe.id, seen, NamesCameras(run)), &rows);
     }
     for (const auto& seen : keyframe.lines) {
-      AddRow(kLineObservationTable, Row(keyframe.id, seen), &rows);
+      AddRow(kLineObservationTable, Row(keyframe.id, seen, NamesCameras(run)), &rows);
     }
   }
   for (const CalibrationEstimate& e : run.calibration) AddRow(kCalibrationTable, Row(e), &rows);
@@ -247,14 +252,16 @@ void ReadTables(std::map<std::string, CsvTable>& tables, OdometryRun* run) {
 // Fills a run from finished.csv and window.csv.
 void ReadRows(const std::string& run_folder, OdometryRun* run) {
   int64_t cut_rows = 0;
-  auto finished = CsvTable::ReadTagged(JournalPath(run_folder, kFinished), RunColumns(), &cut_rows);
-  auto newest = CsvTable::ReadTagged(JournalPath(run_folder, kWindow), RunColumns(), &cut_rows);
+  const auto& columns = RunColumns(NamesCameras(*run));
+  auto finished = CsvTable::ReadTagged(JournalPath(run_folder, kFinished), columns, &cut_rows);
+  auto newest = CsvTable::ReadTagged(JournalPath(run_folder, kWindow), columns, &cut_rows);
   // Each file has those that its lines refer to; those of the window are newer.
   ReadWorlds(finished[kWorldTable], run);
   ReadWorlds(newest[kWorldTable], run);
   ReadSlopes(finished[kSlopeTable], run);
   ReadSlopes(newest[kSlopeTable], run);
   OdometryRun window;
+  window.rectified_rig = run->rectified_rig;
   window.manhattan_worlds = run->manhattan_worlds;
   window.sloped_directions = run->sloped_directions;
   ReadTables(finished, run);

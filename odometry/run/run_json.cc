@@ -378,9 +378,12 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
 
 void WriteRig(const std::string& path, const Rig& rig) {
   const ImuNoise& noise = rig.imu_noise;
-  Json json = {{"cameras",
-                {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
-                 CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
+  Json cameras = Json::array(), masks = Json::array();
+  for (size_t i = 0; i < rig.cameras.size(); ++i) {
+    cameras.push_back(CameraJson(rig.cameras[i], rig.T_imu_camera[i]));
+    masks.push_back(CollectRuns(rig.masks[i]));
+  }
+  Json json = {{"cameras", cameras},
                {"imu_noise",
                 {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
                  {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
@@ -388,11 +391,13 @@ void WriteRig(const std::string& path, const Rig& rig) {
                  {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
                  {"rate_hz", noise.rate_hz}}},
                {"camera_time_offset_s", rig.camera_time_offset_s}};
-  if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
-    json["masks"] = {CollectRuns(rig.masks[0]), CollectRuns(rig.masks[1])};
-  }
+  const auto is_given = [](const cv::Mat& mask) { return !mask.empty(); };
+  if (std::ranges::any_of(rig.masks, is_given)) json["masks"] = masks;
   if (!IsTakenAtOnce(rig)) {
     json["right_time_offset_s"] = rig.right_time_offset_s;
+    if (!rig.other_time_offsets_s.empty()) {
+      json["other_time_offsets_s"] = rig.other_time_offsets_s;
+    }
     json["readout_s"] = rig.readout_s;
   }
   if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
@@ -402,7 +407,8 @@ void WriteRig(const std::string& path, const Rig& rig) {
 Rig ReadRig(const std::string& path) {
   return ParseJsonFile(path, [&](const Json& json) {
     Rig rig;
-    for (int i = 0; i < 2; ++i) {
+    rig.Resize(json.at("cameras").size());
+    for (size_t i = 0; i < rig.cameras.size(); ++i) {
       const std::string name = fmt::format("{}: cameras[{}]", path, i);
       const Json& camera = json.at("cameras").at(i);
       rig.cameras[i] = ParseCamera(camera, name);
@@ -414,7 +420,7 @@ Rig ReadRig(const std::string& path) {
     rig.camera_time_offset_s =
         BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
     if (json.contains("masks")) {
-      for (size_t i = 0; i < 2; ++i) {
+      for (size_t i = 0; i < rig.masks.size(); ++i) {
         rig.masks[i] = MaskOfRuns(json.at("masks").at(i).get<std::vector<int>>(), rig.cameras[i],
                                   fmt::format("{}: masks[{}]", path, i));
       }
@@ -422,7 +428,9 @@ Rig ReadRig(const std::string& path) {
     if (json.contains("readout_s")) {  // of a rig whose rows are not exposed at once
       rig.right_time_offset_s =
           BoundedAt(path, json, "right_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
-      rig.readout_s = json.at("readout_s").get<std::array<double, 2>>();
+      rig.readout_s = json.at("readout_s").get<std::vector<double>>();
+      rig.readout_s.resize(rig.cameras.size());
+      rig.other_time_offsets_s = json.value("other_time_offsets_s", std::vector<double>());
     }
     if (json.contains("imu_correction")) {  // of an IMU that was calibrated so
       rig.imu_correction = ParseCorrection(path + ": imu_correction", json.at("imu_correction"));

@@ -236,7 +236,7 @@ Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstim
                                    R_imu_rectified.conjugate() * given.T_imu_camera[1].rotation;
   }
   const RigidTransform T_given_imu(ExpRotation(estimate.imu_rotation_rad), estimate.lever_m);
-  for (int i = 0; i < 2; ++i) {
+  for (size_t i = 0; i < rig.cameras.size(); ++i) {
     rig.T_imu_camera[i] = T_given_imu.Inverse() * rig.T_imu_camera[i];
     rig.cameras[i].fx_px *= 1 + estimate.focal_length;
     rig.cameras[i].fy_px *= 1 + estimate.focal_length;

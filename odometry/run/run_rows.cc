@@ -41,24 +41,31 @@ CsvColumns ColumnsFor(CsvColumns first = {}) {
   return maker.columns;
 }
 
-std::map<std::string, CsvColumns> MakeColumns() {
-  return {{kStateTable, ColumnsFor<OnlineState>()},
-          {kKeyframeTable, ColumnsFor<Keyframe>()},
-          {kObservationTable,
-           {Id("keyframe_id"), Id("landmark_id"), Pixel("left_x_px"), Pixel("left_y_px"),
-            Pixel("right_x_px"), Pixel("right_y_px")}},
-          {kLandmarkTable, ColumnsFor<Landmark>()},
-          {kWorldTable, ColumnsFor<ManhattanWorld>({Id("index")})},
-          {kSlopeTable, ColumnsFor<SlopedDirection>({Id("index")})},
-          {kLineTable, ColumnsFor<Line>()},
-          {kLineObservationTable,
-           {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
-            Pixel("left_end_x_px"), Pixel("left_end_y_px"), Pixel("right_start_x_px"),
-            Pixel("right_start_y_px"), Pixel("right_end_x_px"), Pixel("right_end_y_px")}},
-          {kLinePointTable, {Id("line_id"), Id("landmark_id")}},
-          {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
-          {kImuTable, ColumnsFor<ImuSample>()},
-          {kCalibrationTable, ColumnsFor<CalibrationEstimate>()}};
+std::map<std::string, CsvColumns> MakeColumns(bool names_cameras) {
+  std::map<std::string, CsvColumns> columns = {
+      {kStateTable, ColumnsFor<OnlineState>()},
+      {kKeyframeTable, ColumnsFor<Keyframe>()},
+      {kObservationTable,
+       {Id("keyframe_id"), Id("landmark_id"), Pixel("left_x_px"), Pixel("left_y_px"),
+        Pixel("right_x_px"), Pixel("right_y_px")}},
+      {kLandmarkTable, ColumnsFor<Landmark>()},
+      {kWorldTable, ColumnsFor<ManhattanWorld>({Id("index")})},
+      {kSlopeTable, ColumnsFor<SlopedDirection>({Id("index")})},
+      {kLineTable, ColumnsFor<Line>()},
+      {kLineObservationTable,
+       {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
+        Pixel("left_end_x_px"), Pixel("left_end_y_px"), Pixel("right_start_x_px"),
+        Pixel("right_start_y_px"), Pixel("right_end_x_px"), Pixel("right_end_y_px")}},
+      {kLinePointTable, {Id("line_id"), Id("landmark_id")}},
+      {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
+      {kImuTable, ColumnsFor<ImuSample>()},
+      {kCalibrationTable, ColumnsFor<CalibrationEstimate>()}};
+  if (names_cameras) {
+    for (const char* table : {kObservationTable, kLineObservationTable}) {
+      columns.at(table).push_back(Id("camera"));
+    }
+  }
+  return columns;
 }
 
 std::string Cells(const Eigen::Vector2d& v) { return fmt::format("{:.4f},{:.4f}", v.x(), v.y()); }
@@ -67,9 +74,10 @@ std::string Cells(const LineSegment& s) { return Cells(s.start) + "," + Cells(s.
 
 // Of what the left (or first) image shows and what the other one does, where each does.
 template <typename Observation>
-std::string CellsOfBoth(const Observation& seen, const std::string& none) {
-  if (seen.camera == 1) return none + "," + Cells(seen.left_px);
-  return Cells(seen.left_px) + "," + (seen.right_px ? Cells(*seen.right_px) : none);
+std::string CellsOfBoth(const Observation& seen, const std::string& none, bool names_camera) {
+  if (seen.camera == 1 && !names_camera) return none + "," + Cells(seen.left_px);
+  return Cells(seen.left_px) + "," + (seen.right_px ? Cells(*seen.right_px) : none) +
+         (names_camera ? fmt::format(",{}", seen.camera) : "");
 }
 
 struct RowMaker {
@@ -112,8 +120,9 @@ bool Has(const CsvTable& table, std::size_t row, std::size_t first, std::size_t 
 }
 
 // Whose the pixels of a row are: `count` cells of the left or first image, then as many of the
-// other one; 1 where the second camera alone saw it.
+// other one; 1 where the second camera alone saw it. Of more than two cameras a row says it.
 int CameraOfRow(const CsvTable& table, std::size_t row, std::size_t first, std::size_t count) {
+  if (table.columns() > first + 2 * count) return table.Int(row, first + 2 * count);
   const bool has_right = Has(table, row, first + count, first + 2 * count - 1);
   std::size_t missing = 0;
   for (std::size_t i = first; i < first + count; ++i) missing += !table.OptionalNumber(row, i);
@@ -201,9 +210,10 @@ int64_t PairKey(int64_t a, int64_t b) { return a << 32 | b; }
 
 }  // namespace
 
-const std::map<std::string, CsvColumns>& RunColumns() {
-  static const std::map<std::string, CsvColumns> columns = MakeColumns();
-  return columns;
+const std::map<std::string, CsvColumns>& RunColumns(bool names_cameras) {
+  static const std::map<std::string, CsvColumns> of_two = MakeColumns(false);
+  static const std::map<std::string, CsvColumns> of_more = MakeColumns(true);
+  return names_cameras ? of_more : of_two;
 }
 
 std::string Row(const OnlineState& state) { return FormatFields(state); }
@@ -221,12 +231,14 @@ std::string Row(int64_t index, const SlopedDirection& slope) {
   return FormatFields(slope, std::to_string(index));
 }
 
-std::string Row(int64_t keyframe_id, const KeyframeObservation& seen) {
-  return fmt::format("{},{},{}\n", keyframe_id, seen.landmark_id, CellsOfBoth(seen, "nan,nan"));
+std::string Row(int64_t keyframe_id, const KeyframeObservation& seen, bool names_camera) {
+  return fmt::format("{},{},{}\n", keyframe_id, seen.landmark_id,
+                     CellsOfBoth(seen, "nan,nan", names_camera));
 }
 
-std::string Row(int64_t keyframe_id, const LineObservation& seen) {
-  return fmt::format("{},{},{}\n", keyframe_id, seen.id, CellsOfBoth(seen, "nan,nan,nan,nan"));
+std::string Row(int64_t keyframe_id, const LineObservation& seen, bool names_camera) {
+  return fmt::format("{},{},{}\n", keyframe_id, seen.id,
+                     CellsOfBoth(seen, "nan,nan,nan,nan", names_camera));
 }
 
 std::string Row(int64_t line_id, int64_t id) { return fmt::format("{},{}\n", line_id, id); }
@@ -263,8 +275,9 @@ void ReadObservations(const CsvTable& table, OdometryRun* run) {
     seen.landmark_id = table.Integer(i, 1);
     pairs.Add(PairKey(keyframe.id, seen.landmark_id), table, i, 1);
     seen.camera = CameraOfRow(table, i, 2, 2);
-    seen.left_px = PixelAt(table, i, seen.camera == 0 ? 2 : 4);
-    if (seen.camera == 0 && Has(table, i, 4, 5)) seen.right_px = PixelAt(table, i, 4);
+    const bool in_right_cells = seen.camera == 1 && !NamesCameras(*run);
+    seen.left_px = PixelAt(table, i, in_right_cells ? 4 : 2);
+    if (!in_right_cells && Has(table, i, 4, 5)) seen.right_px = PixelAt(table, i, 4);
     keyframe.observations.push_back(seen);
   }
 }
@@ -327,8 +340,9 @@ void ReadLineObservations(const CsvTable& table, OdometryRun* run) {
     const auto segment_at = [&](std::size_t column) -> LineSegment {
       return {PixelAt(table, i, column), PixelAt(table, i, column + 2)};
     };
-    seen.left_px = segment_at(seen.camera == 0 ? 2 : 6);
-    if (seen.camera == 0 && Has(table, i, 6, 9)) seen.right_px = segment_at(6);
+    const bool in_right_cells = seen.camera == 1 && !NamesCameras(*run);
+    seen.left_px = segment_at(in_right_cells ? 6 : 2);
+    if (!in_right_cells && Has(table, i, 6, 9)) seen.right_px = segment_at(6);
     keyframe.lines.push_back(seen);
   }
 }

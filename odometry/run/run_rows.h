@@ -53,14 +53,15 @@ inline constexpr const char* kLineMergeTable = "line_merge";
 inline constexpr const char* kImuTable = "imu";
 inline constexpr const char* kCalibrationTable = "calibration";
 
-// By name.
-const std::map<std::string, CsvColumns>& RunColumns();
+// By name. Rows of observations name the camera in runs of more than two.
+inline bool NamesCameras(const OdometryRun& run) { return run.rectified_rig.cameras.size() > 2; }
+const std::map<std::string, CsvColumns>& RunColumns(bool names_cameras = false);
 
 // Rows with their end of line.
 std::string Row(const OnlineState& state);
 std::string Row(const Keyframe& keyframe);  // without its observations
-std::string Row(int64_t keyframe_id, const KeyframeObservation& observation);
-std::string Row(int64_t keyframe_id, const LineObservation& observation);
+std::string Row(int64_t keyframe_id, const KeyframeObservation& observation, bool names_camera);
+std::string Row(int64_t keyframe_id, const LineObservation& observation, bool names_camera);
 std::string Row(const Landmark& landmark);
 std::string Row(int64_t index, const ManhattanWorld& world);
 std::string Row(int64_t index, const SlopedDirection& slope);

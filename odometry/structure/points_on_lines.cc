@@ -32,10 +32,10 @@ Alignment ClassifyAlignment(const Eigen::Vector2d& point, const LineSegment& seg
 
 // In both images; what one of them did not see is unclear. Of one camera, in its image.
 Alignment ClassifyAlignment(const PointObservation& point, const LineObservation& line,
-                            bool one_camera) {
+                            const std::set<int>& lone_cameras) {
   if (point.camera != line.camera) return Alignment::kUnclear;
   const Alignment left = ClassifyAlignment(point.left_px, line.left_px);
-  if (one_camera) return left;
+  if (lone_cameras.contains(point.camera)) return left;
   if (!point.right_px || !line.right_px)
     return left == Alignment::kOff ? left : Alignment::kUnclear;
   const Alignment right = ClassifyAlignment(*point.right_px, *line.right_px);
@@ -125,8 +125,8 @@ std::map<int64_t, const Observation*> ById(const std::vector<Observation>& obser
 
 }  // namespace
 
-PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options, bool one_camera)
-    : options_(options), one_camera_(one_camera) {
+PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options, std::set<int> lone_cameras)
+    : options_(options), lone_cameras_(std::move(lone_cameras)) {
   options_.Check();
 }
 
@@ -139,7 +139,7 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
     std::vector<Candidate> candidates;
     for (const size_t index : areas.LinesNear(point.left_px)) {
       const LineObservation& line = lines[index];
-      if (ClassifyAlignment(point, line, one_camera_) != Alignment::kOn) continue;
+      if (ClassifyAlignment(point, line, lone_cameras_) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
                             Across_px(point.left_px, line.left_px)});
     }
@@ -158,7 +158,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const PointObservation* point = Find(points_by_id, it->first.point_id);
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
-                       ClassifyAlignment(*point, *line, one_camera_) == Alignment::kOff;
+                       ClassifyAlignment(*point, *line, lone_cameras_) == Alignment::kOff;
     if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }

@@ -23,8 +23,8 @@ struct PointOnLine {
 // the two cameras or the keyframes, so the tolerance is narrow.
 class PointsOnLines {
  public:
-  // Of one camera, its image is enough. Throws ConfigError.
-  explicit PointsOnLines(const PointsOnLinesOptions& options, bool one_camera = false);
+  // Of a lone camera, its image is enough. Throws ConfigError.
+  explicit PointsOnLines(const PointsOnLinesOptions& options, std::set<int> lone_cameras = {});
 
   // The points and lines of one keyframe, in pixels of the rectified images. A keyframe counts for
   // a pair when the point is on the line in both images; it breaks it when the point is off the
@@ -57,7 +57,7 @@ class PointsOnLines {
   void RemoveUnseen();
 
   PointsOnLinesOptions options_;
-  bool one_camera_;
+  std::set<int> lone_cameras_;
   int64_t keyframe_ = 0;
   std::map<PointOnLine, Record> records_;
   std::set<PointOnLine> verified_;

@@ -49,7 +49,7 @@ class FrameAtStamp {
     const std::optional<Vector3d> p_body = PointInBody(id);
     const double depth = StereoDepth(*point).value_or(usual_per_m_);
     point->left = Place(&point->timed[0], point->camera, p_body, depth);
-    if (point->right) point->right = Place(&point->timed[1], 1, p_body, depth);
+    if (point->right) point->right = Place(&point->timed[1], point->camera + 1, p_body, depth);
   }
 
   void Bring(int64_t id, StereoLineMeasurement* line) const {
@@ -69,8 +69,9 @@ class FrameAtStamp {
  private:
   std::optional<double> StereoDepth(const StereoMeasurement& point) const {
     if (point.timed.size() < 2 || !point.right) return std::nullopt;
-    return InverseDepth(AsKnown(point.timed[0]), AsKnown(point.timed[1]), geometry_.T_imu_camera,
-                        motion_);
+    return InverseDepth(AsKnown(point.timed[0]), AsKnown(point.timed[1]),
+                        geometry_.T_imu_camera[point.camera],
+                        geometry_.T_imu_camera[point.camera + 1], motion_);
   }
 
   TimedPlace AsKnown(const TimedPlace& timed) const {

@@ -73,12 +73,16 @@ Estimator::Estimator(const EstimatorOptions& options, const Rig& rectified_rig, 
       source_(source),
       lines_(lines),
       initializer_(options.initializer, rectified_rig),
-      window_(options, rectified_rig),
-      right_(rectified_rig.cameras[1], {}) {}
+      window_(options, rectified_rig) {
+  SetLensShifts(std::vector<LensShift>(rig_.cameras.size()));
+}
 
-void Estimator::SetLensShifts(const std::array<LensShift, 2>& shifts) {
+void Estimator::SetLensShifts(const std::vector<LensShift>& shifts) {
   window_.SetLensShifts(shifts);
-  right_ = RightRectification(rig_.cameras[1], shifts[1]);
+  rectifications_.clear();
+  for (size_t i = 0; i < shifts.size(); ++i) {
+    rectifications_.emplace_back(rig_.cameras[i], shifts[i]);
+  }
 }
 
 Quaterniond Estimator::RightTurnSince(int64_t stamp_ns) const {
@@ -232,7 +236,9 @@ void Estimator::TakeMeasurements(FrameState* frame) const {
     measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
     measurement.camera = point.camera;
     measurement.right.reset();
-    if (point.right_px) measurement.right = right_.GivenPlane(*point.right_px);
+    if (point.right_px) {
+      measurement.right = rectifications_[point.camera + 1].GivenPlane(*point.right_px);
+    }
     measurement.timed = row_times_.Of(measurement.left, measurement.right, measurement.camera);
   }
 }
@@ -413,8 +419,9 @@ void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
     measurement.camera = line.camera;
     if (line.right_px) {
-      measurement.right = LineSegment{right_.GivenPlane(line.right_px->start),
-                                      right_.GivenPlane(line.right_px->end)};
+      const RightRectification& right = rectifications_[line.camera + 1];
+      measurement.right =
+          LineSegment{right.GivenPlane(line.right_px->start), right.GivenPlane(line.right_px->end)};
     }
     measurement.timed = row_times_.Of(measurement.left, measurement.right, measurement.camera);
   }
@@ -441,7 +448,8 @@ bool Estimator::ViewIsCarried(const FrameState& frame) const {
   if (!frame.stands_still || !last.rests_since_ns) return false;  // the bias is known of a rest
   std::vector<double> disparities;
   for (const auto& [id, measurement] : frame.measurements) {
-    if (measurement.right) disparities.push_back((measurement.left - *measurement.right).norm());
+    if (!measurement.right || measurement.camera != 0) continue;  // of the first pair
+    disparities.push_back((measurement.left - *measurement.right).norm());
   }
   if (static_cast<int>(disparities.size()) < options_.failure.min_points) return false;
   const auto middle = disparities.begin() + static_cast<long>(disparities.size() / 2);
@@ -471,9 +479,11 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
   const KeptPoints points = CountKept(window_.state(), frame, followed_);
   if (points.AreFewerThan(limits.min_kept_share)) return true;
   if (frame.stands_still) return BeginsRest(frame);
-  const Flow flow =
-      MedianFlow(last, frame, rig_.cameras[0].fx_px,
-                 {CameraRotation(frame, last, rig_), CameraRotation(frame, last, rig_, 1)});
+  std::vector<Quaterniond> turns;
+  for (size_t i = 0; i < rig_.cameras.size(); ++i) {
+    turns.push_back(CameraRotation(frame, last, rig_, static_cast<int>(i)));
+  }
+  const Flow flow = MedianFlow(last, frame, rig_.cameras[0].fx_px, turns);
   const bool sparse = points.True() < kSparseShare * options_.points.max_points;
   const double max_interval_s =
       sparse ? std::min(kSparseInterval_s, limits.max_interval_s) : limits.max_interval_s;

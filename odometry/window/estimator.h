@@ -65,7 +65,7 @@ class Estimator {
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
   const ImuBuffer& imu() const { return imu_; }
   // How images move with what the lenses are; ideal pinholes without.
-  void SetLensShifts(const std::array<LensShift, 2>& shifts);
+  void SetLensShifts(const std::vector<LensShift>& shifts);
 
   // When rows of images are exposed; all at the stamp without. Samples have to be there for so much
   // after an image's stamp (0 where all is exposed at it).
@@ -84,10 +84,12 @@ class Estimator {
   // What the window knows of the right camera, and how far the rows of right images are off by that
   // as they are rectified now.
   RightCorrection KnownRight() const;
-  double RightRowsOff_px() const { return right_.RowsOff_px(KnownRight()); }
+  double RightRowsOff_px() const { return rectifications_[1].RowsOff_px(KnownRight()); }
 
   // Right images are from now on rectified so.
-  void SetRightRectification(const RightCorrection& correction) { right_.Set(correction); }
+  void SetRightRectification(const RightCorrection& correction) {
+    rectifications_[1].Set(correction);
+  }
 
   // The left camera at a stamp from the left camera at the last image, by the gyroscope. Does not
   // wait for a keyframe's optimisation.
@@ -182,7 +184,7 @@ class Estimator {
   } tracking_;
   int64_t cut_offset_ns_ = 0;  // of cuts; of new ones as far as it is not ahead
   int64_t last_cut_ns_ = 0;    // of the last image
-  RightRectification right_;
+  std::vector<RightRectification> rectifications_;  // by camera; used of right ones
   RowTimes row_times_;
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts

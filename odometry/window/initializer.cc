@@ -31,9 +31,9 @@ constexpr size_t kMostKeyframes = 10;    // that a window is started with
 // The geometry of the cameras against the true place of the IMU, as it is estimated.
 StereoGeometry GeometryFromImu(const CostModel& model, const RigidTransform& T_imu_body) {
   const StereoGeometry corrected = model.Corrected(model.geometry);
-  StereoGeometry geometry(
-      {T_imu_body * corrected.T_imu_camera[0], T_imu_body * corrected.T_imu_camera[1]},
-      corrected.weight);
+  std::vector<RigidTransform> cameras = corrected.T_imu_camera;
+  for (RigidTransform& pose : cameras) pose = T_imu_body * pose;
+  StereoGeometry geometry(cameras, corrected.weight);
   geometry.lenses = corrected.lenses;
   geometry.lens_shifts = corrected.lens_shifts;
   return geometry;
@@ -93,13 +93,13 @@ void SetState(const RigidTransform& pose, const Vector3d& velocity, const Vector
 }  // namespace
 
 Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
-                const std::array<Quaterniond, 2>& R_b_a) {
+                const std::vector<Quaterniond>& R_b_a) {
   std::vector<double> distances_px;
   for (const auto& [id, in_b] : b.measurements) {
     const auto in_a = a.measurements.find(id);
     if (in_a == a.measurements.end()) continue;
-    const Vector3d ray =
-        R_b_a[in_b.camera] * Vector3d(in_a->second.left.x(), in_a->second.left.y(), 1);
+    const Vector3d seen = in_a->second.left.homogeneous();
+    const Vector3d ray = R_b_a.empty() ? seen : R_b_a[in_b.camera] * seen;
     if (ray.z() < 0.1) continue;
     distances_px.push_back(focal_px * (ray.head<2>() / ray.z() - in_b.left).norm());
   }

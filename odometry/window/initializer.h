@@ -66,15 +66,14 @@ class Initializer {
   std::vector<std::unique_ptr<FrameState>> frames_;
 };
 
-// The median distance in pixels between what two frames saw of the same points, in the left camera
-// or in each of two that look apart, and how many those are. With R_b_a (a camera each, b from a)
-// the rotation is taken out first.
+// The median distance in pixels between what two frames saw of the same points, each in the camera
+// that follows it, and how many those are. With R_b_a (by camera, b from a) the rotation is taken
+// out first.
 struct Flow {
   double median_px = 0;
   int points = 0;
 };
 Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
-                const std::array<Eigen::Quaterniond, 2>& R_b_a = {Eigen::Quaterniond::Identity(),
-                                                                  Eigen::Quaterniond::Identity()});
+                const std::vector<Eigen::Quaterniond>& R_b_a = {});
 
 }  // namespace slcmap::odometry

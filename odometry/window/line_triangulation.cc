@@ -46,7 +46,8 @@ std::vector<SegmentView> CollectViews(const std::vector<PosedLineObservation>& o
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
     views.push_back(MakeSegmentView(m.left, m.camera, geometry, observation.T_world_imu));
-    if (m.right) views.push_back(MakeSegmentView(*m.right, 1, geometry, observation.T_world_imu));
+    if (m.right)
+      views.push_back(MakeSegmentView(*m.right, m.camera + 1, geometry, observation.T_world_imu));
   }
   return views;
 }

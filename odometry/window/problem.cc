@@ -329,6 +329,7 @@ WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window) {
                     static_cast<double>(intervals);
   }
   for (const auto& [id, measurement] : window.frames.back()->measurements) {
+    if (measurement.camera != 0) continue;
     ++fit.newest_points;
     fit.newest_right += measurement.right.has_value();
   }

@@ -112,7 +112,8 @@ struct FrameFit {
 struct WindowFit {
   double imu_chi2 = 0;  // mean over the intervals between its keyframes
   PointFit points;
-  int newest_points = 0, newest_right = 0;  // that the new keyframe shows, in its right image too
+  // That the new keyframe shows in the first camera, and in the right image too.
+  int newest_points = 0, newest_right = 0;
 };
 
 // All but the points, which are judged where they are rejected.

@@ -83,9 +83,9 @@ SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectifi
   if (options.calibration.readout) model_.readout = std::make_unique<double>(0);
 }
 
-void SlidingWindow::SetLensShifts(const std::array<LensShift, 2>& shifts) {
+void SlidingWindow::SetLensShifts(const std::vector<LensShift>& shifts) {
   model_.geometry.lens_shifts = model_.lines.lens_shifts =
-      std::make_shared<const std::array<LensShift, 2>>(shifts);
+      std::make_shared<const std::vector<LensShift>>(shifts);
 }
 
 FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {

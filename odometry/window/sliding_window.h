@@ -29,7 +29,7 @@ class SlidingWindow {
   SlidingWindow(const EstimatorOptions& options, const Rig& rectified_rig);
 
   // How images move with what the lenses are; ideal pinholes without.
-  void SetLensShifts(const std::array<LensShift, 2>& shifts);
+  void SetLensShifts(const std::vector<LensShift>& shifts);
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
   // fixes position and heading of the first (the four freedoms that nothing observes) and holds its

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
@@ -75,6 +76,15 @@ SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
   return out;
 }
 
+// Those of which no other one sees the same.
+std::set<int> LoneCameras(const Rig& rig) {
+  std::set<int> lone;
+  for (const auto& [camera, is_pair] : CameraGroups(rig)) {
+    if (!is_pair) lone.insert(camera);
+  }
+  return lone;
+}
+
 }  // namespace
 
 Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
@@ -87,15 +97,15 @@ Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
       classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
       detector_(options.manhattan, options.line_classifier.end_sigma_px,
                 rectified_rig.cameras[0].fx_px),
-      memberships_(options.points_on_lines, !IsStereo(rectified_rig)),
+      memberships_(options.points_on_lines, LoneCameras(rectified_rig)),
       slope_detector_(options.slopes),
       deviations_(options.building_deviation) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
   RejectLineMisfits(options_, model, newest, window);
-  for (int camera = 0; kinds_.structural && camera < (LooksApart(rig_) ? 2 : 1); ++camera) {
-    FindHeadings(camera, *newest, model, window);
+  for (const auto& [camera, is_pair] : CameraGroups(rig_)) {
+    if (kinds_.structural) FindHeadings(camera, *newest, model, window);
   }
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, KindsNow(), classifier_, memberships_, deviations_, model, window);
@@ -319,7 +329,7 @@ void Structure::Reset() {
   detector_.Reset();
   slope_detector_.Reset();
   misplaced_.clear();
-  memberships_ = PointsOnLines(points_on_lines_options_, !IsStereo(rig_));
+  memberships_ = PointsOnLines(points_on_lines_options_, LoneCameras(rig_));
   covariance_as_left_m2_.clear();
   merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }

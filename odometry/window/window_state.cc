@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
@@ -155,6 +156,10 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
                                          const Rig& rectified_rig) {
   constexpr double kSigma_px = 1.5;  // mostly of the pose that the points alone have found
   std::vector<LinePrediction> out;
+  std::set<int> left_cameras;
+  for (const auto& [camera, is_pair] : CameraGroups(rectified_rig)) {
+    if (is_pair) left_cameras.insert(camera);
+  }
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || line.retired || line.finished || line.extent.empty()) continue;
     const PointAndDirection in_world = line.InWorld();
@@ -165,7 +170,7 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
                      rectified_rig.cameras[camera]);
     };
     const auto left = seen(line.camera);
-    const auto right = LooksApart(rectified_rig) ? std::nullopt : seen(1);
+    const auto right = left_cameras.contains(line.camera) ? seen(line.camera + 1) : std::nullopt;
     if (left) out.push_back({id, *left, right, kSigma_px, line.camera});
   }
   return out;

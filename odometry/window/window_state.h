@@ -55,11 +55,11 @@ struct FrameState {
   Eigen::Vector3d accel_bias() const { return Eigen::Vector3d::Map(speed_bias.data() + 6); }
 };
 
-// A point, by its inverse depth in the left camera of the frame that hosts it (in the one that sees
-// it, where two look apart): the oldest frame of the window that saw it.
+// A point, by its inverse depth in the camera that follows it, of the frame that hosts it: the
+// oldest frame of the window that saw it.
 struct PointLandmark {
   int64_t id = 0;
-  int camera = 0;                          // that sees it; of two that look apart
+  int camera = 0;                          // that follows it: the left one of its pair
   std::vector<FrameState*> frames;         // that saw it, oldest first; the first is the host
   std::array<double, kPointSize> point{};  // x, y on z = 1 and the inverse depth in 1 / m
   bool triangulated = false;
@@ -131,7 +131,7 @@ class LineExtent {
 // block stays, in the prior too, when frames leave.
 struct LineLandmark {
   int64_t id = 0;
-  int camera = 0;                   // that looks for it; of two that look apart
+  int camera = 0;                   // that looks for it: the left one of its pair
   std::vector<FrameState*> frames;  // of the window that saw it, oldest first
   LineAxis axis = LineAxis::kNone;
   HeadingState* heading = nullptr;  // of its world; null for all but those along X and Y

@@ -52,7 +52,8 @@ Recording MakeRecording(double panel_m = 0, const Rig& rig = SmallRig()) {
   BoxRoomRenderer renderer(task, 2.5, panel_m);
   for (size_t i = 0; i < task.times_s.size(); ++i) {
     const RenderedPair pair = renderer.Render(static_cast<int>(i), false);
-    recording.images.push_back({ToNanoseconds(task.times_s[i]), pair.left, pair.right});
+    recording.images.push_back(
+        {ToNanoseconds(task.times_s[i]), pair.left, pair.right, pair.others});
   }
   recording.imu = SimulateImu(task.motion, {}).samples;
   recording.truth = [motion = task.motion](int64_t stamp_ns) {
@@ -233,6 +234,55 @@ TEST(OdometryOnImages, BothOfTwoCamerasThatLookApartAreFollowed) {
   for (size_t camera = 0; camera < 2; ++camera) {
     EXPECT_GT(points[camera], 200) << camera;
     EXPECT_GT(lines[camera], 20) << camera;
+  }
+}
+
+// Two stereo pairs that look ahead and back, and one camera more that looks to the side.
+Rig FiveCameras() {
+  Rig rig = SmallRig();
+  rig.Resize(5);
+  const auto place = [&](size_t camera, double turn_rad, const Eigen::Vector3d& p_m) {
+    rig.cameras[camera] = rig.cameras[0];
+    rig.T_imu_camera[camera] =
+        rig.T_imu_camera[0] * RigidTransform(ExpRotation({0, turn_rad, 0}), p_m);
+  };
+  place(2, M_PI, {0.1, 0, -0.05});
+  place(3, M_PI, {0, 0, -0.05});
+  place(4, 0.5 * M_PI, {0.1, 0, -0.02});
+  return rig;
+}
+
+TEST(OdometryOnImages, PairsAndLoneCamerasAreAllFollowed) {
+  const Recording recording = MakeRecordingWithLines(FiveCameras());
+  const Result result = PlayWithOneAndTwo(recording, recording.images);
+  EXPECT_EQ(result.states.back().segment, 0);
+  EXPECT_LT(LargestError_m(recording, result), 0.05);
+  std::array<int, 5> points{}, in_right{}, lines{};
+  for (const Keyframe& keyframe : result.run.keyframes) {
+    for (const auto& seen : keyframe.observations) {
+      ++points[static_cast<size_t>(seen.camera)];
+      in_right[static_cast<size_t>(seen.camera)] += seen.right_px.has_value();
+    }
+    for (const auto& seen : keyframe.lines) ++lines[static_cast<size_t>(seen.camera)];
+  }
+  for (const size_t camera : {0, 2, 4}) {
+    EXPECT_GT(points[camera], 100) << camera;
+    EXPECT_GT(lines[camera], 20) << camera;
+  }
+  EXPECT_GT(in_right[0], points[0] / 2);
+  EXPECT_GT(in_right[2], points[2] / 2);
+  EXPECT_EQ(in_right[4] + points[1] + points[3], 0);
+  // A run says whose its observations are.
+  const testing::TempFolder folder;
+  WriteRunFolder(folder.Path("run"), result.run);
+  const OdometryRun read = ReadRunFolder(folder.Path("run"));
+  ASSERT_EQ(CameraCount(read.rectified_rig), 5);
+  for (size_t i = 0; i < read.keyframes.size(); ++i) {
+    const auto& given = result.run.keyframes[i];
+    ASSERT_TRUE(std::ranges::equal(read.keyframes[i].observations, given.observations, {},
+                                   &KeyframeObservation::camera, &KeyframeObservation::camera));
+    ASSERT_TRUE(std::ranges::equal(read.keyframes[i].lines, given.lines, {},
+                                   &LineObservation::camera, &LineObservation::camera));
   }
 }
 
@@ -506,7 +556,7 @@ TEST(OdometryOnTheRealRecording, ACameraThatHangsCostsTheAccuracyOfItsTimeOnly) 
   recording.truth = [&](int64_t stamp_ns) { return PoseAt(truth, stamp_ns, 0.1).value(); };
   RecordedSource reader(sequence);
   while (const auto pair = reader.NextPair()) {
-    recording.images.push_back({pair->stamp_ns, pair->left, pair->decode_right()});
+    recording.images.push_back({pair->stamp_ns, pair->left, pair->decode.at(0)()});
   }
   const Result result = Play(recording, Hanging(recording.images, 4.0, 4.5, true, true));
   EXPECT_EQ(result.Count(kLeftHangs), 10);

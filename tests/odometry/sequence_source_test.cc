@@ -67,7 +67,7 @@ TEST_F(SequenceSourceTest, FeedsOdometry) {
       odometry.AddImu(*sample);
       if (sample->stamp_ns >= pair->stamp_ns) break;
     }
-    const auto added = odometry.AddStereo(*pair, pair->decode_right);
+    const auto added = odometry.AddStereo(*pair, pair->decode);
     states.insert(states.end(), added.begin(), added.end());
   }
   EXPECT_EQ(source.warnings().Count(kImageMissing), 1);

@@ -57,6 +57,9 @@ RenderedPair BoxRoomRenderer::Render(int frame, bool with_depth) {
   RenderedPair pair;
   Paint(0, frame, &pair.left, with_depth ? &pair.depth_m : nullptr);
   Paint(1, frame, &pair.right, nullptr);
+  for (int camera = 2; camera < CameraCount(task_.rig); ++camera) {
+    Paint(camera, frame, &pair.others.emplace_back(), nullptr);
+  }
   return pair;
 }
 

@@ -13,7 +13,7 @@ namespace slcmap {
 // The example rig with images so small that tests are quick.
 inline Rig SmallRig() {
   Rig rig = ExampleStereoRig();
-  rig.cameras.fill(testing::PinholeCamera(300, 192, 174, 149.5, 95.5));
+  rig.cameras.assign(2, testing::PinholeCamera(300, 192, 174, 149.5, 95.5));
   return rig;
 }
 

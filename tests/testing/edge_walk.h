@@ -16,7 +16,7 @@ inline constexpr double kWalkStep_s = 0.5, kWalkStep_m = 0.05;
 
 inline Rig WalkRig() {
   Rig rig;
-  rig.cameras.fill(PinholeCamera(752, 480, 450, 375.5, 239.5));
+  rig.cameras.assign(2, PinholeCamera(752, 480, 450, 375.5, 239.5));
   rig.T_imu_camera[1].translation.x() = 0.11;
   return rig;
 }

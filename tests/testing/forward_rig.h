@@ -19,7 +19,7 @@ inline std::vector<Triangle> WallAtX(double at_m, double half_m) {
 
 inline Rig ForwardRig() {
   Rig rig;
-  rig.cameras.fill(PinholeCamera(320, 240, 200, 159.5, 119.5));
+  rig.cameras.assign(2, PinholeCamera(320, 240, 200, 159.5, 119.5));
   rig.T_imu_camera[0].rotation = Eigen::Quaterniond(
       (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());  // looks along x
   rig.T_imu_camera[1] = rig.T_imu_camera[0];

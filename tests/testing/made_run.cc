@@ -13,7 +13,7 @@ constexpr int kRate_hz = 10;
 
 Rig MakeRig() {
   Rig rig;
-  rig.cameras.fill(PinholeCamera(640, 480, 320, 319.5, 239.5));
+  rig.cameras.assign(2, PinholeCamera(640, 480, 320, 319.5, 239.5));
   // The camera's z is the body's x, its x is -y, its y is -z.
   Eigen::Matrix3d R_imu_camera;
   R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;

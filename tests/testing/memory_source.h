@@ -18,7 +18,7 @@ class MemorySource : public SequenceSource {
   }
 
   const SourceInfo& info() const override { return info_; }
-  void SetMasks(const std::array<cv::Mat, 2>& masks) override { info_.rig.masks = masks; }
+  void SetMasks(const std::vector<cv::Mat>& masks) override { info_.rig.masks = masks; }
 
   std::optional<ReadPair> NextPair(int64_t from_ns) override {
     while (next_pair_ < pairs_.size()) {
@@ -31,7 +31,7 @@ class MemorySource : public SequenceSource {
       ReadPair pair;
       pair.stamp_ns = pairs_[i].stamp_ns;
       pair.left = pairs_[i].left;
-      pair.decode_right = [right = pairs_[i].right] { return right; };
+      pair.decode = {[right = pairs_[i].right] { return right; }};
       return pair;
     }
     return std::nullopt;

@@ -35,7 +35,7 @@ inline MapResult ScannedAlong(const Scene& scene, const std::vector<Way>& ways,
   map.complete = true;
   map.source.run_id = run;
   map.source.options = MappingOptions().ToYaml();
-  map.rectified_rig.cameras.fill(PinholeCamera(752, 480, 430, 376, 240));
+  map.rectified_rig.cameras.assign(2, PinholeCamera(752, 480, 430, 376, 240));
   for (RigidTransform& T : map.rectified_rig.T_imu_camera) {  // looking along x
     T.rotation = Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
   }

@@ -331,7 +331,7 @@ inline SimulatedRun RunOnSimulatedTracks(
         out.rig.T_imu_camera[0] * RigidTransform(ExpRotation({0, M_PI, 0}), {0, 0, -0.04});
   }
   out.rig.right_time_offset_s = options.right_offset_s;
-  out.rig.readout_s.fill(options.readout_s);
+  std::ranges::fill(out.rig.readout_s, options.readout_s);
   const MotionSpline motion =
       given_motion ? *given_motion
                    : ExampleFlight(out.rig, options.duration_s, options.stand_still_s);

@@ -203,7 +203,7 @@ TEST(KalibrCalibration, ChainsOfLensesOfAnyIndex) {
     return ReadKalibrCalibration(folder.Path("camchain.yaml"), "", &warnings, Mirrored::kRefused,
                                  cameras);
   };
-  EXPECT_THAT(read({}).cameras, ElementsAre(0, 2));
+  EXPECT_THAT(read({}).cameras, ElementsAre(0, 2, 3));
   const Rig rig = read({2, 3}).rig;
   EXPECT_EQ(rig.cameras[0].distortion, Distortion::kExtendedUnified);
   EXPECT_EQ(rig.cameras[1].distortion, Distortion::kOmni);

@@ -100,7 +100,7 @@ TEST(CheckImu, NamesDeadAxesSwappedColumnsAndAbsurdValues) {
 
 Rig SideBySide() {
   Rig rig;
-  rig.cameras.fill(testing::PinholeCamera(640, 480, 400, 320, 240));
+  rig.cameras.assign(2, testing::PinholeCamera(640, 480, 400, 320, 240));
   // Camera x is the IMU's -y, camera y its -z: looking along the IMU's x.
   Eigen::Matrix3d R_imu_camera;
   R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;

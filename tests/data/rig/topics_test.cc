@@ -125,7 +125,7 @@ TEST(ParseTopics, RefusesWhatItDoesNotKnow) {
 
 TEST(ParseTopics, ReadsWhatTopicsTextWrites) {
   for (const char* text : {"left=/a,right=/b,imu=/c", "left=/a,imu=/c", "left=/a,gyro=/c,accel=/d",
-                           "left=/a,right=/b"}) {
+                           "left=/a,right=/b", "left=/a,right=/b,other=/e,other=/f"}) {
     EXPECT_EQ(TopicsText(ParseTopics(text)), text);
   }
 }
@@ -331,6 +331,25 @@ TEST(ProfiledTopics, ImagesOfOtherSizesAndDepthsAreNoPair) {
   EXPECT_THAT(topics.reasons,
               ElementsAre(HasSubstr("whose names differ"), HasSubstr("/rig/other_r"),
                           HasSubstr("the only topic of an IMU")));
+}
+
+TEST(ProfiledTopics, FurtherCamerasAreThoseOfOtherNumbers) {
+  MadeRigBag bag;
+  for (const char* name :
+       {"/head/cam0/image", "/head/cam1/image", "/head/cam2/image", "/head/cam10/image"}) {
+    bag.AddImage(name, {64, 48});
+  }
+  bag.AddImage("/head/cam3/image", {32, 24});
+  bag.AddImu("/imu");
+  const auto opened = bag.Open();
+  const std::string all =
+      "left=/head/cam0/image,right=/head/cam1/image,other=/head/cam2/image,"
+      "other=/head/cam10/image,imu=/imu";
+  EXPECT_EQ(TopicsText(ChooseTopics(opened.get(), {})), all);
+  EXPECT_EQ(TopicsText(ChooseTopics(opened.get(), ParseTopics(all))), all);
+  const RecordingTopics two =
+      ChooseTopics(opened.get(), ParseTopics("left=/head/cam0/image,right=/head/cam2/image"));
+  EXPECT_EQ(TopicsText(two), "left=/head/cam0/image,right=/head/cam2/image,imu=/imu");
 }
 
 TEST(ProfiledTopics, WithoutAnImuTheyMayBeChosenAllTheSame) {

@@ -54,7 +54,7 @@ class SequenceWriterTest : public ::testing::Test {
 TEST_F(SequenceWriterTest, TruthComesBackAsItWas) {
   ImuSimulatorOptions options;
   options.start_stamp_ns = kStart_ns;
-  SequenceWriter writer(folder_);
+  SequenceWriter writer(folder_, 2);
   writer.WriteTruth(motion_, SimulateImu(motion_, options), kStart_ns);
   for (const char* file : {"/mav0/state_groundtruth_estimate0/data.csv", "/truth/trajectory.tum"}) {
     const Trajectory truth = ReadTrajectory(folder_ + file);
@@ -70,7 +70,7 @@ TEST_F(SequenceWriterTest, TheReaderFindsWhatWasWritten) {
   ImuSimulatorOptions options;
   options.start_stamp_ns = kStart_ns;
   const SimulatedImu imu = SimulateImu(motion_, options);
-  const SequenceWriter writer(folder_);
+  const SequenceWriter writer(folder_, 2);
   writer.WriteCalibration(rig_, 20);
   writer.WriteImu(imu.samples);
   writer.WriteImageLists({kStart_ns + 100'000'000, kStart_ns + 150'000'000});
@@ -81,7 +81,7 @@ TEST_F(SequenceWriterTest, TheReaderFindsWhatWasWritten) {
   EXPECT_LT((sequence.imu[99].specific_force_m_s2 - imu.samples[99].specific_force_m_s2).norm(),
             1e-8);
   ExpectSameRig(sequence.rig, rig_);
-  EXPECT_THROW(SequenceWriter over(folder_), OutputError);
+  EXPECT_THROW(SequenceWriter over(folder_, 2), OutputError);
 }
 
 TEST_F(SequenceWriterTest, TheTrueRigIsInKalibrsForm) {
@@ -96,7 +96,7 @@ TEST_F(SequenceWriterTest, TheTrueRigIsInKalibrsForm) {
 }
 
 TEST_F(SequenceWriterTest, ImagesAndDepthKeepTheirValues) {
-  SequenceWriter writer(folder_);
+  SequenceWriter writer(folder_, 2);
   writer.WriteImage(1, kStart_ns, cv::Mat(4, 6, CV_8U, cv::Scalar(77)));
   writer.WriteDepth(kStart_ns, cv::Mat(4, 6, CV_32F, cv::Scalar(2.345)));
   writer.WriteImageLists({kStart_ns});

@@ -98,13 +98,16 @@ class SequenceOfMany : public ::testing::Test {
   SequenceOptions options_;
 };
 
-TEST_F(SequenceOfMany, TheBestPairOfThoseRecordedIsTaken) {
+TEST_F(SequenceOfMany, AllThatWereRecordedAreTakenTheBestPairFirst) {
   const Sequence sequence = OpenSequence(folder_.Path(), options_);
-  EXPECT_THAT(sequence.cameras, ElementsAre(1, 2));
+  EXPECT_THAT(sequence.cameras, ElementsAre(1, 2, 0));
+  EXPECT_EQ(CameraCount(sequence.rig), 3);
+  EXPECT_THAT(sequence.CameraNames(), ElementsAre("cam1", "cam2", "cam0"));
+  EXPECT_THAT(sequence.images[0].path(2), HasSubstr("/cam0/"));
   EXPECT_EQ(sequence.rig.cameras[1].fx_px, 62);
   EXPECT_THAT(sequence.images[0].left_path, HasSubstr("/cam1/"));
   EXPECT_THAT(sequence.images[0].right_path, HasSubstr("/cam2/"));
-  EXPECT_THAT(sequence.calibration_source, HasSubstr("cameras 1, 2 of 4"));
+  EXPECT_THAT(sequence.calibration_source, HasSubstr("cameras 1, 2, 0 of 4"));
 }
 
 TEST_F(SequenceOfMany, ThoseThatAreNamedAreTakenOrMissed) {

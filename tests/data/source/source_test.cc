@@ -39,9 +39,9 @@ class RecordedPairs : public ::testing::Test {
           static_cast<int>((pair->stamp_ns - testing::kFirstStamp_ns) / testing::kImageStep_ns);
       EXPECT_EQ(cv::norm(pair->left, testing::Texture(index, 0), cv::NORM_INF), 0);
       if (options.read_right) {
-        EXPECT_EQ(cv::norm(pair->decode_right(), testing::Texture(index, 4), cv::NORM_INF), 0);
+        EXPECT_EQ(cv::norm(pair->decode.at(0)(), testing::Texture(index, 4), cv::NORM_INF), 0);
       } else {
-        EXPECT_FALSE(pair->decode_right);
+        EXPECT_TRUE(pair->decode.empty());
       }
       indices.push_back(index);
     }
@@ -84,7 +84,7 @@ TEST_F(RecordedPairs, GivesNoRightImageWhosePixelsAreDamaged) {
   RecordedSource reader(sequence);
   const auto pair = reader.NextPair();
   ASSERT_TRUE(pair.has_value());
-  EXPECT_TRUE(pair->decode_right().empty());
+  EXPECT_TRUE(pair->decode.at(0)().empty());
 }
 
 TEST_F(RecordedPairs, PassesOverPairsBeforeAStamp) {
@@ -270,7 +270,7 @@ TEST_F(PixelFormTest, ReadsTheBitsThatAreThere) {
   for (const int bits : {8, 10, 12, 14, 16}) {
     const std::string path = WriteDeep("a.png", bits - 8);
     Warnings warnings;
-    const auto forms = FindPixelForms(*FileImages(), {{{path}, {path}}}, &warnings);
+    const auto forms = FindPixelForms(*FileImages(), {{path}, {path}}, &warnings);
     EXPECT_EQ(forms[0].bits, bits);
     EXPECT_EQ(forms[1].bits, bits);
     EXPECT_EQ(warnings.Count(kImageFewBits), bits == 16 ? 0 : 2);
@@ -282,13 +282,13 @@ TEST_F(PixelFormTest, ReadsTheBitsThatAreThere) {
 TEST_F(PixelFormTest, OneBrightImageTellsForBothCameras) {
   const std::string dark = WriteDeep("dark.png", 4), bright = WriteDeep("bright.png", 8);
   Warnings warnings;
-  EXPECT_EQ(FindPixelForms(*FileImages(), {{{dark, dark, bright}, {dark}}}, &warnings)[1].bits, 16);
+  EXPECT_EQ(FindPixelForms(*FileImages(), {{dark, dark, bright}, {dark}}, &warnings)[1].bits, 16);
   EXPECT_TRUE(warnings.entries().empty());
 }
 
 TEST_F(PixelFormTest, TellsAMosaicAndTakesItsMean) {
   const cv::Mat gray = testing::Texture(2, 0);
-  EXPECT_FALSE(FindPixelForms(*FileImages(), {{{Write("gray.png", gray)}, {}}})[0].mosaic);
+  EXPECT_FALSE(FindPixelForms(*FileImages(), {{Write("gray.png", gray)}, {}})[0].mosaic);
   for (const bool green_first : {false, true}) {
     cv::Mat mosaic = gray.clone();
     for (int y = 0; y < gray.rows; ++y) {
@@ -301,12 +301,11 @@ TEST_F(PixelFormTest, TellsAMosaicAndTakesItsMean) {
       }
     }
     const std::string path = Write("mosaic.png", mosaic);
-    const PixelForm form = FindPixelForms(*FileImages(), {{{path}, {}}})[0];
+    const PixelForm form = FindPixelForms(*FileImages(), {{path}, {}})[0];
     EXPECT_TRUE(form.mosaic);
-    EXPECT_FALSE(
-        FindPixelForms(*FileImages(),
-                       {{{Write("plain.png", ReadGrayImage(path, {}, form).image)}, {}}})[0]
-            .mosaic);
+    EXPECT_FALSE(FindPixelForms(*FileImages(),
+                                {{Write("plain.png", ReadGrayImage(path, {}, form).image)}, {}})[0]
+                     .mosaic);
   }
 }
 
@@ -341,7 +340,7 @@ TEST_F(PixelFormTest, TakesPixelsAsStored) {
       36);
   std::ofstream(path, std::ios::binary) << whole.substr(0, 2) << exif << whole.substr(2);
   Warnings warnings;
-  FindPixelForms(*FileImages(), {{{path}, {}}}, &warnings);
+  FindPixelForms(*FileImages(), {{path}, {}}, &warnings);
   EXPECT_EQ(warnings.Count(kImageOrientation), 1);
   EXPECT_EQ(ReadGrayImage(path, {96, 64}).problem, nullptr);
 }

@@ -174,7 +174,7 @@ MapResult MakeRoomMap(const RoomMapSize& size) {
     map.trajectory.push_back({i * 100000000, pose});
     if (i % 4 == 0) map.keyframes.push_back(map.trajectory.back());
   }
-  map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 320, 319.5, 239.5));
+  map.rectified_rig.cameras.assign(2, testing::PinholeCamera(640, 480, 320, 319.5, 239.5));
   map.occupancy.Mark({{}, {{1030, 2040, 0}}});
   map.occupancy.Finish();
   return map;

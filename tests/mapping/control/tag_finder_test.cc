@@ -44,7 +44,7 @@ struct TagImage {
 
 testing::MemorySource Record(const std::vector<TagImage>& lefts, const TagImage& right) {
   Rig rig;
-  rig.cameras.fill(testing::PinholeCamera(640, 480, 500, 319.5, 239.5));
+  rig.cameras.assign(2, testing::PinholeCamera(640, 480, 500, 319.5, 239.5));
   std::vector<StereoImage> pairs;
   for (const TagImage& left : lefts) {
     pairs.push_back(

@@ -24,7 +24,7 @@ constexpr int64_t kStamp_ns = 7;
 // One keyframe at the origin that looks along z, and one line before it, in two pieces.
 MapResult MapOfOneLine() {
   MapResult map;
-  map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 400, 320, 240));
+  map.rectified_rig.cameras.assign(2, testing::PinholeCamera(640, 480, 400, 320, 240));
   map.rectified_rig.T_imu_camera[1].translation = {0.1, 0, 0};
   map.keyframes.push_back({kStamp_ns, {}});
   MapLine line;

@@ -17,7 +17,7 @@ class SceneOfViews {
  public:
   // The views are within half of turn_rad to either side of the x axis.
   explicit SceneOfViews(double turn_rad) {
-    map_.rectified_rig.cameras.fill(PinholeCamera(752, 480, 450, 376, 240));
+    map_.rectified_rig.cameras.assign(2, PinholeCamera(752, 480, 450, 376, 240));
     for (int view = 0; view < kViews; ++view) {
       const double angle_rad = turn_rad * (static_cast<double>(view) / (kViews - 1) - 0.5);
       const Eigen::Vector3d out(std::cos(angle_rad), std::sin(angle_rad), 0);

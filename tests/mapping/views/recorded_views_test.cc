@@ -163,6 +163,37 @@ TEST_F(SmallRecording, LosesNothingWhereARunHasNoRightImage) {
   EXPECT_THAT(recorded.lost->paths(), ::testing::IsEmpty());
 }
 
+TEST_F(SmallRecording, HasViewsOfEachPairOfCameras) {
+  Rig& rig = run_.source->raw_rig;
+  rig.Resize(4);
+  const RigidTransform& T_imu_left = rig.T_imu_camera[0];
+  const RigidTransform about =
+      T_imu_left * RigidTransform(ExpRotation({0, M_PI, 0}), {0, 0, -0.1}) * T_imu_left.Inverse();
+  for (size_t i = 0; i < 2; ++i) {
+    rig.cameras[i + 2] = rig.cameras[i];
+    rig.T_imu_camera[i + 2] = about * rig.T_imu_camera[i];
+  }
+  for (StereoEntry& images : run_.source->images) {
+    images.other_paths = {images.left_path, images.right_path};
+  }
+  run_.source->images[3].other_paths = {"", ""};  // of a keyframe
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  ASSERT_EQ(recorded.views.size(), 5u);
+  ASSERT_EQ(recorded.frames.size(), 13u);
+  const View &ahead = recorded.views[2], &back = recorded.views[4];
+  EXPECT_EQ(back.left_camera, 2);
+  EXPECT_EQ(back.stamp_ns, ahead.stamp_ns);
+  const Rig& rectified = recorded.images->rig();
+  EXPECT_LT((WorldFromCamera(ahead, rectified).rotation * Eigen::Vector3d::UnitZ())
+                .dot(WorldFromCamera(back, rectified).rotation * Eigen::Vector3d::UnitZ()),
+            -0.99);
+  const StereoImage pair = recorded.images->Read(4);
+  EXPECT_FALSE(pair.left.empty());
+  EXPECT_FALSE(pair.right.empty());
+  EXPECT_EQ(recorded.images->mask_of(4, 1).size(), pair.right.size());
+  EXPECT_THAT(recorded.lost->paths(), ::testing::IsEmpty());
+}
+
 // Odometry knows the poses of its first keyframes only later than it tells its first state.
 TEST_F(SmallRecording, HasFramesOfKeyframesWithoutAState) {
   run_.states.erase(run_.states.begin(), run_.states.begin() + 2);

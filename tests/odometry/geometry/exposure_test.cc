@@ -97,7 +97,8 @@ TEST(InverseDepth, IsToldByImagesOfTwoTimes) {
   const TimedPlace left = See(p_body, rig.T_imu_camera[0], -0.004);
   const TimedPlace right = See(p_body, rig.T_imu_camera[1], 0.009);
   const double depth_m = ((kMotion.At(-0.004) * rig.T_imu_camera[0]).Inverse() * p_body).z();
-  EXPECT_NEAR(InverseDepth(left, right, rig.T_imu_camera, kMotion), 1 / depth_m, 1e-9);
+  EXPECT_NEAR(InverseDepth(left, right, rig.T_imu_camera[0], rig.T_imu_camera[1], kMotion),
+              1 / depth_m, 1e-9);
 }
 
 }  // namespace

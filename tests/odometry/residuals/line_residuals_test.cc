@@ -106,7 +106,7 @@ TEST(LineResiduals, BindTheCamerasWhereAsked) {
   LineScene scene;
   const Rig rig = ExampleStereoRig();
   scene.geometry.lens_shifts =
-      std::make_shared<const std::array<LensShift, 2>>(ComputeLensShifts(rig, rig));
+      std::make_shared<const std::vector<LensShift>>(ComputeLensShifts(rig, rig));
   const std::vector<double> cameras{0.02, -0.03, 0.01, 0.015, 1.5, -0.7};
   const StereoGeometry corrected = scene.geometry.CorrectedBy(cameras.data());
   for (const LineAxis axis : kAxes) {

@@ -19,7 +19,7 @@ struct PointScene {
   PointScene() {
     const Rig rig = ExampleStereoRig();
     geometry.lens_shifts =
-        std::make_shared<const std::array<LensShift, 2>>(ComputeLensShifts(rig, rig));
+        std::make_shared<const std::vector<LensShift>>(ComputeLensShifts(rig, rig));
   }
 
   Eigen::Vector3d World() const {
