@@ -485,6 +485,7 @@ MapResult FinishUnion(UnitedMaps united, const MappingOptions& options, const Pr
   of_building.planes.draw_sigmas = 0;  // points lie where their own map's planes drew them
   RunBuildingStage(std::move(rays), MakeViewCameras(united), of_building,
                    progress.Part(kRaysCollected, 1), &united.map);
+  ApplyNames(united.names, &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
   progress.ReportOrStop(1);
   united.map.plan.reset();  // of the first map's walls alone
