@@ -478,6 +478,7 @@ MapResult FinishUnion(UnitedMaps united, const MappingOptions& options, const Pr
   of_building.planes.draw_sigmas = 0;  // points lie where their own map's planes drew them
   RunBuildingStage(std::move(rays), MakeViewCameras(united), of_building,
                    progress.Part(kRaysCollected, 1), &united.map);
+  ApplyNames(united.names, &united.map);
   FindLinesOfPoints(united.map.lines, &united.map.points);
   std::vector<MapLine> marks = united.map.marks;  // each map has weighed its own by patterns
   united.map.patterns = FindPatterns(&marks);

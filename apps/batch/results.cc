@@ -23,29 +23,6 @@ JobState ParseState(const std::string& path, const std::string& name) {
                               fmt::join(kStates, ", ")));
 }
 
-Json ChangeJson(const BuildingChange& change) {
-  return {{"what", change.what},
-          {"is_new", change.is_new},
-          {"after", change.after},
-          {"by", change.by},
-          {"world_of", change.recording},
-          {"middle_m", PointJson(change.middle_m)},
-          {"size_m", PointJson(change.size_m)},
-          {"area_m2", RoundedForJson(change.area_m2)}};
-}
-
-BuildingChange ParseChange(const std::string& path, const Json& json) {
-  constexpr double kFarthest_m = 1e6;
-  return {json.at("what"),
-          json.at("is_new"),
-          json.at("after"),
-          json.at("by"),
-          json.at("world_of"),
-          ParsePoint<Eigen::Vector3d>(path, json.at("middle_m"), kFarthest_m),
-          ParsePoint<Eigen::Vector3d>(path, json.at("size_m"), kFarthest_m),
-          json.at("area_m2")};
-}
-
 JobResult ParseResult(const std::string& path, const Json& json) {
   CheckFormat(path, json, kFormat, kVersionOfFormat, kVersionOfFormat);
   JobResult result;
@@ -61,9 +38,7 @@ JobResult ParseResult(const std::string& path, const Json& json) {
   for (const Json& pair : json.at("apart")) {
     result.apart.push_back({pair.at("first"), pair.at("second"), pair.at("reason")});
   }
-  for (const Json& change : json.value("changes", Json::array())) {
-    result.changes.push_back(ParseChange(path, change));
-  }
+  result.changes = json.value("changes", Json::array());
   return result;
 }
 
@@ -90,7 +65,8 @@ Json ResultJson(const JobResult& result) {
                {"verdict", result.verdict},
                {"length_m", RoundedForJson(result.length_m)},
                {"maps", Json::array()},
-               {"apart", Json::array()}};
+               {"apart", Json::array()},
+               {"changes", result.changes}};
   for (const JobMap& map : result.maps) {
     json["maps"].push_back({{"path", map.path}, {"recordings", map.recordings}});
   }
@@ -98,7 +74,6 @@ Json ResultJson(const JobResult& result) {
     json["apart"].push_back(
         {{"first", pair.first}, {"second", pair.second}, {"reason", pair.reason}});
   }
-  for (const BuildingChange& change : result.changes) json["changes"].push_back(ChangeJson(change));
   return json;
 }
 

@@ -1,11 +1,11 @@
 // What the jobs of a site left: a result.json in the folder of each, written last and all at once.
 #pragma once
 
-#include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "data/io/json.h"
 
 namespace slcmap::inline batch {
 
@@ -28,16 +28,6 @@ struct MapsApart {
   std::string first, second, reason;
 };
 
-// What later walks found otherwise than earlier ones.
-struct BuildingChange {
-  std::string what;       // "wall", "thing"
-  bool is_new = false;    // else it is gone
-  std::string after, by;  // dates between which it changed
-  std::string recording;  // in the world of whose map it lies
-  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero(), size_m = Eigen::Vector3d::Zero();
-  double area_m2 = 0;
-};
-
 struct JobResult {
   std::string key;  // says what it was made of
   JobState state = JobState::kFailed;
@@ -46,7 +36,10 @@ struct JobResult {
   double length_m = 0;         // of a recording's path
   std::vector<JobMap> maps;    // the first has the world of the job's first recording
   std::vector<MapsApart> apart;
-  std::vector<BuildingChange> changes;
+  // Of maps that were placed, what later walks found otherwise than earlier ones, by date: `what`
+  // (wall or thing), `is_new` (else it is gone), `after` and `by` (dates), `middle_m` and `size_m`
+  // in the world of the map of `world_of`, `area_m2`.
+  Json changes = Json::array();
 };
 
 // `folder` is that of the job. None where no job has ended there, or the file is damaged, as by a
@@ -54,7 +47,7 @@ struct JobResult {
 std::optional<JobResult> ReadJobResult(const std::string& folder);
 
 // All but the key.
-nlohmann::ordered_json ResultJson(const JobResult& result);
+Json ResultJson(const JobResult& result);
 
 // Throws OutputError.
 void WriteJobResult(const std::string& folder, const JobResult& result);

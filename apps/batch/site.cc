@@ -19,6 +19,7 @@
 #include "data/io/csv.h"
 #include "data/io/yaml.h"
 #include "data/source/sequence.h"
+#include "mapping/control/control.h"
 
 namespace slcmap::inline batch {
 namespace {
@@ -65,6 +66,22 @@ void CheckName(const std::string& key, const std::string& name, Faults* faults) 
   faults->Add(fmt::format(
       "{}: found '{}', expected up to {} letters, digits, '.', '_' or '-', none of the last first",
       key, name, kLongest));
+}
+
+// Whether a text is a day that there is, YYYY-MM-DD.
+bool IsDate(const std::string& text) {
+  constexpr std::size_t kLength = 10;
+  if (text.size() != kLength) return false;
+  for (std::size_t i = 0; i < kLength; ++i) {
+    const bool is_right =
+        i == 4 || i == 7 ? text[i] == '-' : std::isdigit(static_cast<unsigned char>(text[i])) != 0;
+    if (!is_right) return false;
+  }
+  using namespace std::chrono;
+  return year_month_day{year(std::stoi(text.substr(0, 4))),
+                        month(static_cast<unsigned>(std::stoi(text.substr(5, 2)))),
+                        day(static_cast<unsigned>(std::stoi(text.substr(8, 2))))}
+      .ok();
 }
 
 void CheckDate(const std::string& place, const std::string& date, Faults* faults) {
@@ -171,6 +188,33 @@ void ReadPlanEntries(YamlSection* root, const fs::path& folder, Site* site, Faul
   }
 }
 
+void ReadControlEntries(YamlSection* root, const fs::path& folder, Site* site, Faults* faults) {
+  for (YamlSection& section : root->List("control")) {
+    SiteControl control{kOnlyBuilding, "", ""};
+    section.Read("building", &control.building);
+    section.Read("points", &control.points);
+    section.Read("crs", &control.crs);
+    section.Finish();
+    control.points = FullPath(folder, control.points);
+    const std::string place = fmt::format("control[{}]", site->control.size());
+    if (std::ranges::find(site->recordings, control.building, &SiteRecording::building) ==
+        site->recordings.end()) {
+      faults->Add(
+          fmt::format("{}.building: found {}, of which no recording is", place, control.building));
+    }
+    if (FindControl(*site, control.building)) {
+      faults->Add(
+          fmt::format("{}: found a second one of {}, expected one", place, control.building));
+    }
+    try {
+      FindGridScale({control.points, ReadControlPoints(control.points), {}, control.crs});
+    } catch (const Error& error) {
+      faults->Add(fmt::format("{}: {}", place, error.what()));
+    }
+    site->control.push_back(control);
+  }
+}
+
 // A recording's folder and calibration, as the program opens them; damage within is for its job to
 // tell.
 void CheckRecording(const SiteRecording& recording, Faults* faults) {
@@ -261,19 +305,9 @@ void CheckPlans(const Site& site, Faults* faults) {
 
 }  // namespace
 
-bool IsDate(const std::string& text) {
-  constexpr std::size_t kLength = 10;
-  if (text.size() != kLength) return false;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    const bool is_right =
-        i == 4 || i == 7 ? text[i] == '-' : std::isdigit(static_cast<unsigned char>(text[i])) != 0;
-    if (!is_right) return false;
-  }
-  using namespace std::chrono;
-  return year_month_day{year(std::stoi(text.substr(0, 4))),
-                        month(static_cast<unsigned>(std::stoi(text.substr(5, 2)))),
-                        day(static_cast<unsigned>(std::stoi(text.substr(8, 2))))}
-      .ok();
+const SiteControl* FindControl(const Site& site, const std::string& building) {
+  const auto found = std::ranges::find(site.control, building, &SiteControl::building);
+  return found == site.control.end() ? nullptr : &*found;
 }
 
 Site ReadSite(const std::string& path) {
@@ -291,6 +325,7 @@ Site ReadSite(const std::string& path) {
   root.Read("exports", &site.exports);
   root.Read("names", &site.names);
   ReadPlanEntries(&root, folder, &site, &faults);
+  ReadControlEntries(&root, folder, &site, &faults);
   root.Finish();
   if (index == 0) faults.Add("recordings: found none, expected a list of some");
   site.config = FullPath(folder, site.config);

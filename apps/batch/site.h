@@ -24,12 +24,20 @@ struct SitePlan {
   double pixel_m = 0;
 };
 
+// Control points of a building, as `georeference --control` takes them.
+struct SiteControl {
+  std::string building;
+  std::string points;  // a file, in full
+  std::string crs;     // "": a grid without a name
+};
+
 struct Site {
   std::vector<SiteRecording> recordings;  // by date and name: the first of a building has its world
   std::string method;                     // "": the configuration's
   std::string config;                     // a file; "": the defaults
   std::vector<std::string> exports;       // formats of `export`, and "page"
   std::vector<SitePlan> plans;
+  std::vector<SiteControl> control;  // one a building at most
   std::string names;  // file of what rooms and the like are called, in full; "": none
 };
 
@@ -39,8 +47,8 @@ inline constexpr const char* kPageFormat = "page";
 // The building of recordings that do not say one.
 inline constexpr const char* kOnlyBuilding = "building";
 
-// Whether a text is a day that there is, YYYY-MM-DD.
-bool IsDate(const std::string& text);
+// Null of a building that has none.
+const SiteControl* FindControl(const Site& site, const std::string& building);
 
 // Reads a site file; paths are from its folder, and those of recordings may have wildcards, for
 // which all folders stand that match. Throws ConfigError for keys and values that cannot be; of

@@ -81,12 +81,14 @@ std::string HtmlRow(const std::string& kind, const std::array<std::string, N>& c
 std::string ChangesTable(const SiteStatus& status) {
   std::string rows;
   for (const JobStatus& job : status.others) {
-    for (const BuildingChange& change : job.result.changes) {
-      const Eigen::Vector3d &p = change.middle_m, &size = change.size_m;
-      rows += HtmlRow<7>("", {change.what, change.is_new ? "new" : "gone", change.after, change.by,
-                              fmt::format("{:.2f}, {:.2f}, {:.2f}", p.x(), p.y(), p.z()),
-                              fmt::format("{:.2f} x {:.2f} x {:.2f}", size.x(), size.y(), size.z()),
-                              change.recording});
+    for (const Json& change : job.result.changes) {
+      const auto lengths = [&](const char* key, const char* between) {
+        const auto axes = change.at(key).get<std::array<double, 3>>();
+        return fmt::format("{:.2f}{}{:.2f}{}{:.2f}", axes[0], between, axes[1], between, axes[2]);
+      };
+      rows += HtmlRow<7>("", {change.at("what"), change.at("is_new") ? "new" : "gone",
+                              change.at("after"), change.at("by"), lengths("middle_m", ", "),
+                              lengths("size_m", " x "), change.at("world_of")});
     }
   }
   if (rows.empty()) return "";

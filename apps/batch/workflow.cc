@@ -81,7 +81,7 @@ std::optional<SitePlan> FindPlan(const Site& site, const std::string& building,
 
 void AddExport(const Site& site, const std::string& node, const std::string& after,
                const std::optional<SitePlan>& plan, std::vector<Job>* jobs) {
-  if (site.exports.empty() && !plan) return;
+  if (site.exports.empty() && !plan && !FindControl(site, node)) return;
   jobs->push_back({JobName(kExportJobs, node), {after}, "", plan});
 }
 
@@ -148,6 +148,9 @@ Workflow ParseWorkflow(const std::string& path, const Json& json) {
   workflow.site.config = json.at("config");
   workflow.site.exports = json.at("exports").get<std::vector<std::string>>();
   workflow.site.names = json.value("names", std::string());
+  for (const Json& entry : json.value("control", Json::array())) {
+    workflow.site.control.push_back({entry.at("building"), entry.at("points"), entry.at("crs")});
+  }
   for (const Json& entry : json.at("recordings")) {
     workflow.site.recordings.push_back(ParseRecording(entry));
   }
@@ -206,6 +209,10 @@ void WriteWorkflow(const std::string& folder, const Workflow& workflow) {
   for (const SiteRecording& recording : workflow.site.recordings) {
     json["recordings"].push_back(RecordingJson(recording));
   }
+  for (const SiteControl& control : workflow.site.control) {
+    json["control"].push_back(
+        {{"building", control.building}, {"points", control.points}, {"crs", control.crs}});
+  }
   for (const Job& job : workflow.jobs) json["jobs"][job.name] = JobJson(job);
   ReplaceFile(folder + "/" + kWorkflowFile, JsonText(json));
 }
@@ -220,6 +227,11 @@ std::string MapIdIn(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(path, error)) return "";
   return ParseJsonFile(path, [](const Json& json) { return json.at("id").get<std::string>(); });
+}
+
+std::string DescribeControl(const Site& site, const std::string& building) {
+  const SiteControl* control = FindControl(site, building);
+  return control ? control->crs + "\n" + BytesOfFile(control->points) : "";
 }
 
 std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, const Job& job) {
@@ -241,9 +253,13 @@ std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, c
       }
     }
   }
-  if (job.name.starts_with(kExportJobs))
+  if (job.name.starts_with(kExportJobs)) {
     text += fmt::format("{}\n{}", fmt::join(workflow.site.exports, " "),
                         BytesOfFile(workflow.site.names));
+    for (const SiteControl& control : workflow.site.control) {
+      text += DescribeControl(workflow.site, control.building);
+    }
+  }
   if (job.plan) text += fmt::format("{}\n{}", job.plan->pixel_m, BytesOfFile(job.plan->image));
   return Checksum(text);
 }

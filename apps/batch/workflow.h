@@ -19,8 +19,8 @@ inline constexpr const char* kExportJobs = "exports";
 struct Job {
   std::string name;                // such as recordings/NAME
   std::vector<std::string> after;  // jobs whose results it takes
-  std::string key;                 // of a recording: its checksum, and that of its options
-  std::optional<SitePlan> plan;    // of an export
+  std::string key;  // of a recording: its checksum with its options, and that of its control
+  std::optional<SitePlan> plan;  // of an export
 };
 
 struct Workflow {
@@ -51,6 +51,9 @@ void WriteWorkflow(const std::string& folder, const Workflow& workflow);
 
 // Throws DataError where there is none.
 Workflow ReadWorkflow(const std::string& folder);
+
+// What a building's control points are, of which its maps' places are made; "" of none.
+std::string DescribeControl(const Site& site, const std::string& building);
 
 // What a job is made of, by what is there now. `folder` is the site's.
 std::string ComputeJobKey(const std::string& folder, const Workflow& workflow, const Job& job);

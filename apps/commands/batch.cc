@@ -84,12 +84,13 @@ std::string ChecksumOfCalibrations(const SiteRecording& recording) {
   return checksum.Text();
 }
 
-// All that decides what a recording's map is.
+// All that decides what a recording's map is, and behind a space what its place is.
 std::string RecordingKey(const SiteRecording& recording, const Site& site,
                          const std::string& config) {
   return Checksum(fmt::format("{}\n{}\n{}\n{}\n{}\n{}", kVersion, SequenceId(recording.path),
                               OpenedJson(recording.opened).dump(),
-                              ChecksumOfCalibrations(recording), site.method, config));
+                              ChecksumOfCalibrations(recording), site.method, config)) +
+         " " + Checksum(DescribeControl(site, recording.building));
 }
 
 // Jobs find the configuration as it was when they were planned.

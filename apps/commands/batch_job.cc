@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "apps/batch/results.h"
+#include "apps/batch/site.h"
 #include "apps/batch/workflow.h"
 #include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
@@ -136,19 +137,56 @@ std::optional<StepFailure> MakeSiteRun(const SiteJob& job, JobResult* result) {
   return std::nullopt;
 }
 
+// A map as a step has put it somewhere, in another folder of the job; where the step fails, the map
+// as it is, and why. Paths are those of the site's folder.
+std::string PutBy(const SiteJob& job, const std::string& step, const std::string& map,
+                  const std::string& output, std::vector<std::string> command, JobResult* result) {
+  command.insert(command.begin() + 1, job.InSite(map));
+  command.insert(command.end(), {"-o", job.Own(output)});
+  const auto failure = RunStep(job, step, command);
+  if (!failure) return job.job.name + "/" + output;
+  result->reason += (result->reason.empty() ? "" : "; ") + failure->reason;
+  result->remedy = failure->remedy;
+  return map;
+}
+
+std::string PutOnControl(const SiteJob& job, const JobMap& map, const std::string& output,
+                         JobResult* result) {
+  const Site& site = job.workflow.site;
+  const SiteControl* control =
+      FindControl(site, job.workflow.FindRecording(map.recordings.front()).building);
+  if (control == nullptr) return map.path;
+  std::vector<std::string> command = {"georeference", "--control", control->points};
+  if (!control->crs.empty()) command.insert(command.end(), {"--crs", control->crs});
+  return PutBy(job, "control-" + output, map.path, output, command, result);
+}
+
+// The map of a result that differs by its control points alone.
+bool HasMapBefore(const SiteJob& job, const std::optional<JobResult>& before) {
+  const auto of_map = [](const std::string& key) { return key.substr(0, key.find(' ')); };
+  return before && before->state == JobState::kDone && of_map(before->key) == of_map(job.job.key) &&
+         !MapIdIn(job.Own("map")).empty();
+}
+
 JobResult MapRecording(const SiteJob& job) {
   JobResult result;
-  auto failure = MakeSiteRun(job, &result);
-  if (!failure) {
+  const auto before = ReadJobResult(job.InSite(job.job.name));
+  std::optional<StepFailure> failure;
+  if (HasMapBefore(job, before)) {
+    result = *before;
+  } else if (!(failure = MakeSiteRun(job, &result))) {
     failure = RunStep(job, "map", WithConfig(job, {"map", job.Own("run"), "-o", job.Own("map")}));
   }
   result.state = failure ? JobState::kFailed : JobState::kDone;
   if (failure) {
     result.reason = failure->reason;
     result.remedy = failure->remedy;
-  } else {
-    result.maps = {{job.job.name + "/map", {RecordingName(job.job)}}};
+    return result;
   }
+  JobMap map = {job.job.name + "/map", {RecordingName(job.job)}};
+  JobResult unplaced;  // one walk need not see the points of all
+  map.path = PutOnControl(job, map, "placed", &unplaced);
+  result.maps = {map};
   return result;
 }
 
@@ -172,18 +210,6 @@ std::vector<MapFolder> FoldersToPlace(const SiteJob& job, const std::vector<JobM
   return folders;
 }
 
-BuildingChange ChangeOfSite(const DatedChange& dated, const std::vector<MapFolder>& folders) {
-  const MapChange& change = dated.change;
-  return {change.is_wall ? "wall" : "thing",
-          change.is_new,
-          dated.after,
-          dated.by,
-          folders[dated.group].name,
-          0.5 * (change.least_world + change.most_world),
-          change.most_world - change.least_world,
-          change.area_m2};
-}
-
 // Where the maps of a building's recordings lie to each other, and what changed between them.
 JobResult PlaceRecordings(const SiteJob& job) {
   const std::vector<JobMap> maps = GatherMaps(job);
@@ -197,10 +223,17 @@ JobResult PlaceRecordings(const SiteJob& job) {
   for (const PairApart& pair : placed.placement.apart) {
     result.apart.push_back({maps[pair.first].path, maps[pair.second].path, pair.reason});
   }
-  for (const DatedChange& change : placed.changes) {
-    result.changes.push_back(ChangeOfSite(change, folders));
+  for (const DatedChange& dated : placed.changes) {
+    const MapChange& change = dated.change;
+    result.changes.push_back({{"what", change.is_wall ? "wall" : "thing"},
+                       {"is_new", change.is_new},
+                       {"after", dated.after},
+                       {"by", dated.by},
+                       {"world_of", folders[dated.group].name},
+                       {"middle_m", PointJson(0.5 * (change.least_world + change.most_world))},
+                       {"size_m", PointJson(change.most_world - change.least_world)},
+                       {"area_m2", RoundedForJson(change.area_m2)}});
   }
-  WriteJsonFile(job.Own("changes.json"), ResultJson(result).value("changes", Json::array()));
   return result;
 }
 
@@ -221,7 +254,7 @@ std::vector<std::vector<JobMap>> GroupMaps(const SiteJob& job, const std::vector
   std::vector<std::vector<JobMap>> groups;
   std::map<std::size_t, std::size_t> by_number;
   for (const JobMap& map : maps) {
-    const std::size_t number = FindPlaceOfName(placement, map.recordings.front()).group;
+    const std::size_t number = FindPlaceOfFolder(placement, job.InSite(map.path)).group;
     const auto [group, is_new] = by_number.emplace(number, groups.size());
     if (is_new) groups.emplace_back();
     groups[group->second].push_back(map);
@@ -270,17 +303,12 @@ JobResult MergeMapsOfSite(const SiteJob& job) {
   return result;
 }
 
-// A map with the plan that it is laid on; where it has no place there, the map as it is, and why.
 std::string LayOnPlan(const SiteJob& job, const std::string& map, int number, JobResult* result) {
   if (!job.job.plan) return map;
-  const std::string placed = job.Own(fmt::format("map-{}", number));
-  const auto failure = RunStep(job, fmt::format("register-{}", number),
-                               {"register", map, "--plan", job.job.plan->image, "--plan-pixel-m",
-                                fmt::format("{}", job.job.plan->pixel_m), "-o", placed});
-  if (!failure) return placed;
-  result->reason += (result->reason.empty() ? "" : "; ") + failure->reason;
-  result->remedy = failure->remedy;
-  return map;
+  return PutBy(job, fmt::format("register-{}", number), map, fmt::format("map-{}", number),
+               {"register", "--plan", job.job.plan->image, "--plan-pixel-m",
+                fmt::format("{}", job.job.plan->pixel_m)},
+               result);
 }
 
 std::vector<std::string> WithNames(const SiteJob& job, std::vector<std::string> arguments) {
@@ -313,7 +341,7 @@ std::optional<StepFailure> ExportOne(const SiteJob& job, const std::string& map,
 bool RemoveExport(const SiteJob& job, int number) {
   std::error_code error;
   bool is_there = false;
-  for (const char* name : {"{}", "{}.html", "map-{}"}) {
+  for (const char* name : {"{}", "{}.html", "map-{}", "placed-{}"}) {
     const std::string path = job.Own(fmt::format(fmt::runtime(name), number));
     is_there = is_there || fs::exists(path, error);
     fs::remove_all(path, error);
@@ -328,9 +356,12 @@ JobResult ExportMaps(const SiteJob& job) {
   int number = 0;
   for (const JobMap& map : maps) {
     ++number;
-    const std::string placed = LayOnPlan(job, job.InSite(map.path), number, &result);
+    const JobMap laid = {LayOnPlan(job, map.path, number, &result), map.recordings};
+    const std::string placed = PutOnControl(job, laid, fmt::format("placed-{}", number), &result);
     const std::string output = fmt::format("{}/{}", job.job.name, number);
-    if (auto failure = ExportOne(job, placed, job.InSite(output))) return FailedResult(*failure);
+    if (auto failure = ExportOne(job, job.InSite(placed), job.InSite(output))) {
+      return FailedResult(*failure);
+    }
     result.maps.push_back({job.job.name, map.recordings});
   }
   while (RemoveExport(job, ++number)) {

@@ -8,7 +8,6 @@
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
-#include "apps/batch/site.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/place_stage.h"
@@ -19,7 +18,6 @@
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
-#include "mapping/map/names.h"
 #include "mapping/mapping.h"
 
 namespace slcmap::inline commands {
@@ -27,7 +25,7 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> maps;
-  std::string output, at, config, placed, dates;
+  std::string output, at, config, placed;
   int threads = 2;
   bool accept_changed = false;
 };
@@ -43,23 +41,6 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
   }
   ParseStart("--at", 3, arguments.at);
   for (const std::string& map : arguments.maps) ExpectFolder(map, FolderKind::kMap);
-}
-
-std::vector<MapFolder> CollectFolders(const MergeArguments& arguments) {
-  std::vector<std::string> dates(arguments.maps.size());
-  if (!arguments.dates.empty()) dates = SplitAtCommas(arguments.dates);
-  if (dates.size() != arguments.maps.size()) {
-    throw ConfigError(fmt::format("--dates: found {}, expected as many as maps, {}", dates.size(),
-                                  arguments.maps.size()));
-  }
-  std::vector<MapFolder> folders;
-  for (std::size_t i = 0; i < dates.size(); ++i) {
-    if (!dates[i].empty() && !IsDate(dates[i])) {
-      throw ConfigError(fmt::format("--dates: found '{}', expected YYYY-MM-DD", dates[i]));
-    }
-    folders.push_back({arguments.maps[i], arguments.maps[i], "", dates[i]});
-  }
-  return folders;
 }
 
 // Those that lie with the first; of the others it is told why they do not.
@@ -84,19 +65,11 @@ std::vector<std::size_t> ListOfFirst(const std::vector<MapFolder>& folders,
   return of_first;
 }
 
-void TellChanges(const std::vector<DatedChange>& changes) {
-  for (const DatedChange& dated : changes) {
-    const Eigen::Vector3d middle = 0.5 * (dated.change.least_world + dated.change.most_world);
-    spdlog::info("between {} and {} {} of {:.1f} m2 at {:.2f}, {:.2f}, {:.2f} m {}", dated.after,
-                 dated.by, dated.change.is_wall ? "a wall" : "a thing", dated.change.area_m2,
-                 middle.x(), middle.y(), middle.z(), dated.change.is_new ? "came" : "went");
-  }
-}
-
 // As a file says, or by what the maps have in common. In the world of the first map.
 std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
                                          const Progress& progress) {
-  const std::vector<MapFolder> folders = CollectFolders(arguments);
+  std::vector<MapFolder> folders;
+  for (const std::string& map : arguments.maps) folders.push_back({map, map});
   const auto read = [&](std::size_t i) {
     return [path = folders[i].path, accept = arguments.accept_changed] {
       return ReadMapToShow(path, accept);
@@ -110,9 +83,8 @@ std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
     }
   } else {
     const PlacedFolders placed = PlaceFolders(folders, arguments.accept_changed, "", progress);
-    TellChanges(placed.changes);
     for (const std::size_t i : ListOfFirst(folders, placed.placement)) {
-      maps.push_back({read(i), placed.placement.maps[i].T_group_map, folders[i].date});
+      maps.push_back({read(i), placed.placement.maps[i].T_group_map});
     }
   }
   const RigidTransform T_first_group = maps.front().T_world_map.Inverse();
@@ -124,9 +96,7 @@ std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
 MapResult MergeAll(const MergeArguments& arguments, const MappingOptions& options,
                    const Progress& progress) {
   constexpr double kPlaced = 0.5;  // share of the time, about
-  const bool is_started = !arguments.at.empty();
-  if (is_started ||
-      (arguments.maps.size() == 2 && arguments.placed.empty() && arguments.dates.empty())) {
+  if (!arguments.at.empty()) {
     return MergeStage(ReadMapToShow(arguments.maps[0], arguments.accept_changed),
                       ReadMapToShow(arguments.maps[1], arguments.accept_changed), arguments.maps[1],
                       arguments.at, options, progress);
@@ -167,12 +137,6 @@ void AddMergeCommand(CLI::App& app) {
       ->type_name("MAP")
       ->required();
   CLI::Option* at = AddStartOption(*command, &arguments->at);
-  command
-      ->add_option("--dates", arguments->dates,
-                   "Days of the recordings, one a map: what later ones saw to be gone is taken "
-                   "out, and told")
-      ->type_name("YYYY-MM-DD,...")
-      ->excludes(at);
   command
       ->add_option("--placed", arguments->placed,
                    "Where maps lie, as batch writes it: not looked for")
@@ -261,14 +225,10 @@ MapResult MergeStage(MapResult first, MapResult second, const std::string& secon
                      const Progress& progress) {
   AlignmentOptions alignment;
   alignment.start = ParseStart("--at", 3, at);
-  // Its rooms are found anew.
-  const Building of_first = first.building, of_second = second.building;
   try {
     MergedMaps merged =
         MergeMaps(std::move(first), std::move(second), alignment, options, progress);
     LogAlignment(second_name, merged.alignment);
-    ApplyNames(CollectNames(of_second, merged.alignment.T_first_second), &merged.map);
-    ApplyNames(CollectNames(of_first, {}), &merged.map);
     return std::move(merged.map);
   } catch (const DataError& error) {
     throw DataError(second_name + ": " + error.what());

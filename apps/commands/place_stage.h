@@ -48,9 +48,7 @@ struct FolderPlace {
   std::string date;
 };
 
-// Of the map of a name, or of that which a folder's map begins with. Throws DataError where the
-// file has none.
-FolderPlace FindPlaceOfName(const std::string& placement, const std::string& name);
+// Of the run that a folder's map begins with. Throws DataError where the file has none.
 FolderPlace FindPlaceOfFolder(const std::string& placement, const std::string& folder);
 
 }  // namespace slcmap::commands

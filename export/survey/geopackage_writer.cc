@@ -34,6 +34,9 @@ CREATE TABLE gpkg_geometry_columns(table_name TEXT NOT NULL,column_name TEXT NOT
   CONSTRAINT uk_gc_table_name UNIQUE(table_name),
   CONSTRAINT fk_gc_tn FOREIGN KEY(table_name) REFERENCES gpkg_contents(table_name),
   CONSTRAINT fk_gc_srs FOREIGN KEY(srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));
+CREATE TABLE gpkg_extensions(table_name TEXT,column_name TEXT,extension_name TEXT NOT NULL,
+  definition TEXT NOT NULL,scope TEXT NOT NULL,
+  CONSTRAINT ge_tce UNIQUE(table_name,column_name,extension_name));
 INSERT INTO gpkg_spatial_ref_sys VALUES
   ('Undefined cartesian SRS',-1,'NONE',-1,'undefined',NULL),
   ('Undefined geographic SRS',0,'NONE',0,'undefined',NULL),
@@ -41,6 +44,33 @@ INSERT INTO gpkg_spatial_ref_sys VALUES
    ||'298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433],'
    ||'AUTHORITY["EPSG","4326"]]',NULL);
 )";
+
+// The index of a layer's extents, and the triggers by which those who edit it keep that; {0}: the
+// layer.
+constexpr const char* kIndexTable =
+    "CREATE VIRTUAL TABLE rtree_{0}_geom USING rtree(id,minx,maxx,miny,maxy)";
+constexpr const char* kIndexTriggers = R"(
+INSERT INTO gpkg_extensions VALUES('{0}','geom','gpkg_rtree_index',
+  'http://www.geopackage.org/spec120/#extension_rtree','write-only');
+CREATE TRIGGER rtree_{0}_geom_insert AFTER INSERT ON {0}
+  WHEN (new.geom NOT NULL AND NOT ST_IsEmpty(NEW.geom)) BEGIN {1} END;
+CREATE TRIGGER rtree_{0}_geom_update1 AFTER UPDATE OF geom ON {0}
+  WHEN OLD.fid=NEW.fid AND (NEW.geom NOTNULL AND NOT ST_IsEmpty(NEW.geom)) BEGIN {1} END;
+CREATE TRIGGER rtree_{0}_geom_update2 AFTER UPDATE OF geom ON {0}
+  WHEN OLD.fid=NEW.fid AND (NEW.geom ISNULL OR ST_IsEmpty(NEW.geom))
+  BEGIN DELETE FROM rtree_{0}_geom WHERE id=OLD.fid; END;
+CREATE TRIGGER rtree_{0}_geom_update3 AFTER UPDATE ON {0}
+  WHEN OLD.fid!=NEW.fid AND (NEW.geom NOTNULL AND NOT ST_IsEmpty(NEW.geom))
+  BEGIN DELETE FROM rtree_{0}_geom WHERE id=OLD.fid; {1} END;
+CREATE TRIGGER rtree_{0}_geom_update4 AFTER UPDATE ON {0}
+  WHEN OLD.fid!=NEW.fid AND (NEW.geom ISNULL OR ST_IsEmpty(NEW.geom))
+  BEGIN DELETE FROM rtree_{0}_geom WHERE id IN (OLD.fid,NEW.fid); END;
+CREATE TRIGGER rtree_{0}_geom_delete AFTER DELETE ON {0}
+  WHEN old.geom NOT NULL BEGIN DELETE FROM rtree_{0}_geom WHERE id=OLD.fid; END;
+)";
+constexpr const char* kIndexOne =
+    "INSERT OR REPLACE INTO rtree_{0}_geom VALUES(NEW.fid,ST_MinX(NEW.geom),ST_MaxX(NEW.geom),"
+    "ST_MinY(NEW.geom),ST_MaxY(NEW.geom));";
 
 // Well-known binary, lowest byte first.
 class Wkb {
@@ -135,14 +165,23 @@ class GeoPackage {
 
   void AddLayer(const FeatureLayer& layer) {
     Execute(CreateStatement(layer));
+    Execute(fmt::format(kIndexTable, layer.name));
     Eigen::AlignedBox2d extent;
     {
-      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertStatement(layer));
+      const SqliteHandle<sqlite3_stmt> insert = Prepare(InsertStatement(layer)),
+                                       index =
+                                           Prepare(fmt::format("INSERT INTO rtree_{}_geom VALUES("
+                                                               "last_insert_rowid(),?,?,?,?)",
+                                                               layer.name));
       layer.visit([&](const StoreyFeature& feature) {
         AddFeature(layer, feature, insert.get());
-        extent.extend(ComputeExtent(feature));
+        const Eigen::AlignedBox2d own = ComputeExtent(feature);
+        AddExtent(own, index.get());
+        extent.extend(own);
       });
     }
+    // After the rows: SQLite alone has no functions of geometries.
+    Execute(fmt::format(kIndexTriggers, layer.name, fmt::format(kIndexOne, layer.name)));
     Register(layer, extent);
   }
 
@@ -204,6 +243,15 @@ class GeoPackage {
     Bind(feature.storey ? Attribute(*feature.storey) : Attribute(), 2, insert);
     for (std::size_t i = 0; i < feature.attributes.size(); ++i) {
       Bind(feature.attributes[i], static_cast<int>(i) + 3, insert);
+    }
+    sqlite3_step(insert);
+    Require(sqlite3_reset(insert));
+  }
+
+  void AddExtent(const Eigen::AlignedBox2d& box, sqlite3_stmt* insert) const {
+    for (int axis = 0; axis < 2; ++axis) {
+      Bind(box.min()[axis], 2 * axis + 1, insert);
+      Bind(box.max()[axis], 2 * axis + 2, insert);
     }
     sqlite3_step(insert);
     Require(sqlite3_reset(insert));

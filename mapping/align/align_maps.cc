@@ -15,8 +15,6 @@
 namespace slcmap::inline mapping {
 namespace {
 
-using Reason = AlignmentError::Reason;
-
 // What the maps have to share.
 constexpr double kMinSurfaces_m2 = 4;
 constexpr double kMinLines_m = 8;
@@ -65,8 +63,6 @@ class Aligner {
     return {best.fit.T_first_second,
             best.agreement.surfaces_m2(),
             best.agreement.lines_m(),
-            best.fit.surface_rms_m,
-            best.fit.line_rms_m,
             best.agreement.contradiction(),
             rival_share,
             best.fit.information};
@@ -77,7 +73,6 @@ class Aligner {
     for (const AlignmentFeatures* features : {&first_.features, &second_.features}) {
       if (!features->headings_rad.empty()) continue;
       throw AlignmentError(
-          Reason::kNoHeading,
           fmt::format("the {} map: found no level lines and upright surfaces, "
                       "expected a building, whose headings tell how maps are turned",
                       features == &first_.features ? "first" : "second"));
@@ -135,12 +130,10 @@ class Aligner {
   [[noreturn]] void FailForOverlap(const Place* best) const {
     const double surfaces_m2 = best ? best->agreement.surfaces_m2() : 0;
     const double lines_m = best ? best->agreement.lines_m() : 0;
-    throw AlignmentError(
-        Reason::kNoOverlap,
-        fmt::format(
-            "found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
-            "{:.1f} m of lines agree; expected at least {} m2 and {} m",
-            surfaces_m2, lines_m, kMinSurfaces_m2, kMinLines_m));
+    throw AlignmentError(fmt::format(
+        "found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
+        "{:.1f} m of lines agree; expected at least {} m2 and {} m",
+        surfaces_m2, lines_m, kMinSurfaces_m2, kMinLines_m));
   }
 
   void CheckOverlap(const Place& best) const {
@@ -152,14 +145,12 @@ class Aligner {
   void CheckContradiction(const Place& best) const {
     const double found = best.agreement.contradiction(), agreeing = best.agreement.agreeing_share();
     if (found <= kMaxContradiction && agreeing >= kMinAgreeing) return;
-    throw AlignmentError(
-        Reason::kContradiction,
-        fmt::format(
-            "found {:.0f} % of the surfaces of one map in the free space of the other at the "
-            "best place, {}, and {:.0f} % of those that both know alike; expected at most "
-            "{:.0f} % and at least {:.0f} %: are both of one building?",
-            100 * found, InWords(best.fit.T_first_second), 100 * agreeing, 100 * kMaxContradiction,
-            100 * kMinAgreeing));
+    throw AlignmentError(fmt::format(
+        "found {:.0f} % of the surfaces of one map in the free space of the other at the "
+        "best place, {}, and {:.0f} % of those that both know alike; expected at most "
+        "{:.0f} % and at least {:.0f} %: are both of one building?",
+        100 * found, InWords(best.fit.T_first_second), 100 * agreeing, 100 * kMaxContradiction,
+        100 * kMinAgreeing));
   }
 
   // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
@@ -220,7 +211,6 @@ class Aligner {
       return share;
     }
     throw AlignmentError(
-        Reason::kAmbiguous,
         fmt::format(
             "found two places where the second map fits: {} and {}; of the lines and "
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "

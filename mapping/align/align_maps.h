@@ -31,15 +31,12 @@ struct AlignmentOptions {
 // Two maps of which it is not known how they belong together.
 class AlignmentError : public DataError {
  public:
-  enum class Reason { kNoHeading, kNoOverlap, kContradiction, kAmbiguous };
-  AlignmentError(Reason reason, const std::string& message, std::vector<RigidTransform> places = {})
-      : DataError(message), reason_(reason), places_(std::move(places)) {}
-  Reason reason() const { return reason_; }
+  explicit AlignmentError(const std::string& message, std::vector<RigidTransform> places = {})
+      : DataError(message), places_(std::move(places)) {}
   // Of the second in the first, where it fits about as well here and there.
   const std::vector<RigidTransform>& places() const { return places_; }
 
  private:
-  Reason reason_;
   std::vector<RigidTransform> places_;
 };
 
@@ -47,8 +44,7 @@ struct MapAlignment {
   RigidTransform T_first_second;  // z stays up
   // What both have, within 8 cm and 4 cm across.
   double surfaces_m2 = 0, lines_m = 0;
-  double surface_rms_m = 0, line_rms_m = 0;  // across, of what is near each other
-  double contradiction = 0;                  // share of surfaces in the free space of the other
+  double contradiction = 0;  // share of surfaces in the free space of the other
   // Of what tells it from the next best place, how much speaks for that, as a share; 0: no other.
   double rival_share = 0;
   FitInformation information = {};

@@ -347,12 +347,15 @@ class LevelEquations {
     gradient_ += weight * off_m * jacobian;
   }
 
+  void CountMatch() { ++matches_; }
+
   FitInformation Information() const {
     const Eigen::Vector4d scale(kTypicalReach_m, 1, 1, 1);
     return {centre_, scale.asDiagonal() * information_ * scale.asDiagonal()};
   }
 
   std::optional<RigidTransform> Solve() const {
+    if (matches_ < kLeastMatches) return std::nullopt;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(information_,
                                                                 Eigen::EigenvaluesOnly);
     if (!(solver.eigenvalues()(0) > kLeastInformation * solver.eigenvalues()(3))) {
@@ -369,30 +372,26 @@ class LevelEquations {
   const Eigen::Vector3d centre_;
   Eigen::Matrix4d information_ = Eigen::Matrix4d::Zero();
   Eigen::Vector4d gradient_ = Eigen::Vector4d::Zero();
+  int matches_ = 0;
 };
 
 void AddSurfaces(const FeatureIndex& first, const std::vector<SurfaceSample>& samples,
-                 const RigidTransform& T, double gate_m, int max_samples, AlignmentFit* fit,
+                 const RigidTransform& T, double gate_m, int max_samples,
                  LevelEquations* equations) {
   const std::size_t step = 1 + samples.size() / max_samples;
-  double squares_m2 = 0;
   for (std::size_t i = 0; i < samples.size(); i += step) {
     const Eigen::Vector3d p = T * samples[i].p_world;
     const auto* match = first.SurfaceNear(p, T.rotation * samples[i].normal_world, gate_m);
     if (!match) continue;
     const double off_m = match->normal_world.dot(match->p_world - p);
     equations->Add(p, match->normal_world, off_m, kSurfaceSigma_m);
-    squares_m2 += off_m * off_m;
-    ++fit->surfaces;
+    equations->CountMatch();
   }
-  fit->surface_rms_m = std::sqrt(squares_m2 / std::max(1, fit->surfaces));
 }
 
 void AddLines(const FeatureIndex& first, const std::vector<LinePlace>& places,
-              const RigidTransform& T, double gate_m, int max_samples, AlignmentFit* fit,
-              LevelEquations* equations) {
+              const RigidTransform& T, double gate_m, int max_samples, LevelEquations* equations) {
   const std::size_t step = 1 + places.size() / max_samples;
-  double squares_m2 = 0;
   for (std::size_t i = 0; i < places.size(); i += step) {
     const Eigen::Vector3d p = T * places[i].p_world;
     const auto* match = first.LineNear(p, T.rotation * places[i].direction_world, gate_m);
@@ -404,10 +403,8 @@ void AddLines(const FeatureIndex& first, const std::vector<LinePlace>& places,
     const Eigen::Vector3d across = along.unitOrthogonal(), other = along.cross(across);
     equations->Add(p, across, across.dot(off), sigma_m);
     equations->Add(p, other, other.dot(off), sigma_m);
-    squares_m2 += off.squaredNorm();
-    ++fit->lines;
+    equations->CountMatch();
   }
-  fit->line_rms_m = std::sqrt(squares_m2 / std::max(1, fit->lines));
 }
 
 Eigen::Vector3d ComputeCentre(const AlignmentFeatures& features) {
@@ -428,18 +425,13 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
   for (int step = 0; step < options.steps; ++step) {
     const double share = static_cast<double>(step) / std::max(1, options.steps - 1);
     const double gate_m = options.from_m * std::pow(options.to_m / options.from_m, share);
-    AlignmentFit next{fit.T_first_second};
     LevelEquations equations(fit.T_first_second, fit.T_first_second * centre);
-    AddSurfaces(first, second.surfaces, fit.T_first_second, gate_m, options.max_samples, &next,
+    AddSurfaces(first, second.surfaces, fit.T_first_second, gate_m, options.max_samples,
                 &equations);
-    AddLines(first, second.lines, fit.T_first_second, gate_m, options.max_samples, &next,
-             &equations);
-    if (next.surfaces + next.lines < kLeastMatches) return std::nullopt;
+    AddLines(first, second.lines, fit.T_first_second, gate_m, options.max_samples, &equations);
     const auto moved = equations.Solve();
     if (!moved) return std::nullopt;
-    next.T_first_second = *moved;
-    next.information = equations.Information();
-    fit = next;
+    fit = {*moved, equations.Information()};
   }
   return fit;
 }

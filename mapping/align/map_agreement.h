@@ -124,9 +124,7 @@ struct FitInformation {
 
 struct AlignmentFit {
   RigidTransform T_first_second;
-  int surfaces = 0, lines = 0;               // samples that were matched
-  double surface_rms_m = 0, line_rms_m = 0;  // across, of these
-  FitInformation information = {};           // about the last step
+  FitInformation information = {};  // about the last step
 };
 
 struct AlignmentFitOptions {

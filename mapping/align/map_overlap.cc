@@ -164,6 +164,12 @@ double IndexedMap::WalkHeight_m() const {
   return Quantile(std::move(heights_m), 0.5);
 }
 
+Vector3d IndexedMap::WalkMiddle() const {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : contents_->walk_world) sum += p;
+  return sum / static_cast<double>(std::max<std::size_t>(1, WalkPlaces()));
+}
+
 std::size_t IndexedMap::WalkPlaces() const { return contents_->walk_world.size(); }
 
 std::vector<MapPair> FindOverlaps(const std::vector<IndexedMap>& maps, std::size_t map) {

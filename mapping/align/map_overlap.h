@@ -34,8 +34,9 @@ class IndexedMap {
   // storey.
   double ShareOfWalk(const IndexedMap& second, const RigidTransform& T_this_second) const;
 
-  // The height at which most of the walk is, and how many places it has.
+  // The height at which most of the walk is, its middle, and how many places it has.
   double WalkHeight_m() const;
+  Eigen::Vector3d WalkMiddle() const;
   std::size_t WalkPlaces() const;
 
  private:

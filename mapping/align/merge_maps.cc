@@ -326,7 +326,8 @@ UnitedMaps PrepareToUnite(MapResult map) {
   RemoveJunctions(&map);
   RequireMergeable(map);
   std::vector<RigPoses> watchers = {{map.keyframes, map.rectified_rig}};
-  return {std::move(map), std::move(watchers)};
+  Names names = CollectNames(map.building);
+  return {std::move(map), std::move(watchers), std::move(names)};
 }
 
 UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& T_first_second,
@@ -345,6 +346,7 @@ UnitedMaps UniteMaps(UnitedMaps united, UnitedMaps other, const RigidTransform& 
     for (StampedPose& pose : watcher.poses) pose.T_world_imu = T_first_second * pose.T_world_imu;
     united.watchers.push_back(std::move(watcher));
   }
+  AddNames(other.names, T_first_second, &united.names);
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);

@@ -9,6 +9,7 @@
 #include "mapping/lines/options.h"
 #include "mapping/map/building.h"
 #include "mapping/map/map.h"
+#include "mapping/map/names.h"
 #include "mapping/views/view.h"
 
 namespace slcmap::inline mapping {
@@ -40,6 +41,7 @@ struct RigPoses {
 struct UnitedMaps {
   MapResult map;
   std::vector<RigPoses> watchers;  // all keyframes, also those whose images the map does not show
+  Names names;                     // of its buildings so far, in its world
 };
 
 // Takes what is derived out of a map that is to be united with others. Throws what RequireMergeable

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <functional>
 #include <iterator>
 #include <map>
@@ -39,11 +40,17 @@ constexpr double kSharedWalk = 0.5;  // of maps that should fit, and of one that
 constexpr double kHalfStorey_m = 1.5;
 constexpr double kSameTwin_m = 0.5;  // where two maps say that a third is
 
+// Of two places on Earth, each by some control points; and what a pair of them is worth.
+constexpr double kEarthSigma_m = 0.03, kEarthSigma_rad = 0.005, kWorthOnEarth = 10;
+
 double TurnBetween_rad(const RigidTransform& a, const RigidTransform& b) {
   return std::abs(ComputeYaw(a.Inverse() * b));
 }
 
 double Support(const MapAlignment& found) { return found.surfaces_m2 + found.lines_m; }
+
+// By the places of both on Earth, not by what they show.
+bool IsOnEarth(const AlignedPair& pair) { return pair.found && pair.found->surfaces_m2 == 0; }
 
 // Of the place of the alignment's middle, and of its turn.
 struct PairVariance {
@@ -67,6 +74,7 @@ class MapPlacer {
     for (std::size_t map = 1; map < maps_.size(); ++map) TryLikeliest(map);
     FindGroups();
     while (TryGroups()) FindGroups();
+    JoinOnEarth();
     return Finish();
   }
 
@@ -270,6 +278,7 @@ class MapPlacer {
       const std::size_t a = placed_[other.first].group, b = placed_[other.second].group;
       const bool is_between = std::minmax(a, b) == std::minmax(first, second);
       if (!is_between || suspects_.contains(&other)) continue;
+      if (IsOnEarth(pair) && against_.contains(&other)) continue;
       const RigidTransform T_of_groups = a == first ? T : T.Inverse();
       if (!other.found) {
         if (!ShouldFit(other, T_of_groups)) continue;
@@ -333,6 +342,7 @@ class MapPlacer {
 
   // A third map that has two places for one of the pair, where the other does not tell which.
   std::string FindTwin(const AlignedPair& pair) const {
+    if (IsOnEarth(pair)) return "";
     const std::string &a = maps_[pair.first].storey, &b = maps_[pair.second].storey;
     if (!a.empty() && a == b) return "";
     for (const AlignedPair& doubt : pairs_) {
@@ -383,6 +393,36 @@ class MapPlacer {
       if (alike > 1 || (alike == 1 && hidden > 0)) return true;
     }
     return false;
+  }
+
+  // The second in the first by their places in one reference system.
+  static RigidTransform BetweenPlaces(const Georeference& first, const Georeference& second) {
+    Vector3d shift = LevelTransform(-first.turn_rad, Vector3d::Zero()).rotation *
+                     (second.origin_m - first.origin_m);
+    shift.head<2>() /= first.scale;
+    return LevelTransform(second.turn_rad - first.turn_rad, shift);
+  }
+
+  // Groups that share nothing, as their places on Earth say, as far as these agree.
+  void JoinOnEarth() {
+    const std::size_t known = pairs_.size();
+    for (std::size_t a = 0; a < maps_.size(); ++a) {
+      for (std::size_t b = a + 1; b < maps_.size(); ++b) {
+        const std::optional<Georeference>&on_a = maps_[a].on_earth, &on_b = maps_[b].on_earth;
+        if (placed_[a].group == placed_[b].group) continue;
+        if (!on_a || !on_b || on_a->crs != on_b->crs) continue;
+        MapAlignment found;
+        found.T_first_second = BetweenPlaces(*on_a, *on_b);
+        found.lines_m = kWorthOnEarth;
+        found.information.centre_first = found.T_first_second * indexed_[b].WalkMiddle();
+        found.information.of_turn_and_shift.diagonal()
+            << Eigen::Vector4d(kEarthSigma_rad, kEarthSigma_m, kEarthSigma_m, kEarthSigma_m)
+                   .cwiseAbs2()
+                   .cwiseInverse();
+        pairs_.push_back({a, b, found});
+      }
+    }
+    for (std::size_t i = known; i < pairs_.size(); ++i) Join(pairs_[i]);
   }
 
   MapPlacement Finish() {
@@ -446,8 +486,8 @@ class MapPlacer {
   const Progress& progress_;
   std::vector<IndexedMap> indexed_;
   std::set<std::pair<std::size_t, std::size_t>> tried_;
-  std::vector<AlignedPair> pairs_;
-  std::vector<MapPair> others_;  // that are likely, but were not tried yet
+  std::deque<AlignedPair> pairs_;  // stay where they are
+  std::vector<MapPair> others_;    // that are likely, but were not tried yet
   std::vector<PlacedMap> placed_;
   std::set<const AlignedPair*> suspects_;
   std::map<const AlignedPair*, std::string> against_;  // of pairs that were found: why not

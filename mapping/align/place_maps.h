@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/core/georeference.h"
 #include "data/core/progress.h"
 #include "mapping/align/align_maps.h"
 #include "mapping/map/place_index.h"
@@ -18,6 +19,7 @@ struct MapToPlace {
   std::string name;    // as messages have it
   std::string storey;  // "": not said. Maps of one storey are at one height, those of others not
   PlaceIndex index;
+  std::optional<Georeference> on_earth = {};
 };
 
 // What the alignment of two maps by their numbers gave.
@@ -54,7 +56,9 @@ struct MapPlacement {
 // each other: by turn, shift and height within what is known of them. Refused are a pair against
 // which more of the others speak, maps whose storeys do not allow it, and maps that may be twins:
 // where a third map has two places for one of them, of which the other shows one alone. The pairs
-// that are left are adjusted together. Deterministic. Throws StoppedError once progress says so.
+// that are left are adjusted together. Groups that share nothing, as storeys without a walk between
+// them, lie to each other as their places on Earth say, where these agree. Deterministic. Throws
+// StoppedError once progress says so.
 MapPlacement PlaceMaps(const std::vector<MapToPlace>& maps, const AlignPair& align,
                        const Progress& progress = {});
 

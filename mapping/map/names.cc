@@ -177,6 +177,7 @@ int NameParts(const std::vector<PlaceName>& entries, const char* what, Find find
     }
     const auto earlier = std::ranges::find(named, name, [](const auto& of) { return of.first; });
     if (earlier != named.end()) {
+      if (earlier->second->name == entry.name) continue;
       spdlog::warn("{}: found '{}' for the {} that {} calls '{}', which stays", entry.place,
                    entry.name, what, earlier->second->place, earlier->second->name);
       continue;
@@ -225,13 +226,13 @@ int ApplyNames(const Names& names, MapResult* map) {
          name(names.doors, "door", &NamedPlaces::FindDoor);
 }
 
-Names CollectNames(const Building& building, const RigidTransform& T_other_world) {
+Names CollectNames(const Building& building) {
   constexpr double kOverFloor_m = 1;
-  const auto entry = [&](const std::string& name, const Vector2d& p, double floor_m) {
-    const Vector3d p_world(p.x(), p.y(), floor_m + kOverFloor_m);
-    return PlaceName{name, T_other_world * p_world, {}, {}, "names"};
+  const auto entry = [](const std::string& name, const Vector2d& p, double floor_m) {
+    return PlaceName{name, Vector3d(p.x(), p.y(), floor_m + kOverFloor_m), {}, {}, "names"};
   };
   Names names;
+  names.of_world = true;
   for (const Room& room : building.rooms) {
     const Storey& storey = building.storeys[static_cast<std::size_t>(room.storey)];
     const Vector2d p = PointIn(room.polygon);
@@ -254,6 +255,15 @@ Names CollectNames(const Building& building, const RigidTransform& T_other_world
     }
   }
   return names;
+}
+
+void AddNames(const Names& names, const RigidTransform& T_all_names, Names* all) {
+  for (const auto list : {&Names::buildings, &Names::storeys, &Names::rooms, &Names::doors}) {
+    for (PlaceName name : names.*list) {
+      if (name.at) name.at = T_all_names * *name.at;
+      (all->*list).push_back(std::move(name));
+    }
+  }
 }
 
 std::array<Vector3d, 4> FrameOfNames(const MapSource& source) {

@@ -41,8 +41,11 @@ Names ReadNames(const std::string& path);
 // system.
 int ApplyNames(const Names& names, MapResult* map);
 
-// The names that a building has, at their places in another world.
-Names CollectNames(const Building& building, const RigidTransform& T_other_world);
+// The names that a building has, at places in its world.
+Names CollectNames(const Building& building);
+
+// Adds names of places in one world to those in another.
+void AddNames(const Names& names, const RigidTransform& T_all_names, Names* all);
 
 // The file's coordinates of the map's x, y and z, each at 1 m from the origin, and of the origin
 // itself: what a page needs to write a file of names. The origin comes last.

@@ -48,13 +48,11 @@ int Main(char** argv) {
   const Eigen::Vector3d t = found.T_first_second.translation - truth.translation;
   std::printf(
       "off by %.1f mm mean, %.1f mm at most (%.1f %.1f %.1f mm), %.3f degrees; %.1f m2 and %.1f m "
-      "agree, rms %.1f and "
-      "%.1f mm, contradiction %.3f, rival %.2f; %.1f s\n",
+      "agree, contradiction %.3f, rival %.2f; %.1f s\n",
       1e3 * sum_m / static_cast<double>(second.trajectory.size()), 1e3 * most_m, 1e3 * t.x(),
       1e3 * t.y(), 1e3 * t.z(),
       180 / std::numbers::pi * ComputeYaw(truth.Inverse() * found.T_first_second),
-      found.surfaces_m2, found.lines_m, 1e3 * found.surface_rms_m, 1e3 * found.line_rms_m,
-      found.contradiction, found.rival_share, seconds.count());
+      found.surfaces_m2, found.lines_m, found.contradiction, found.rival_share, seconds.count());
   return 0;
 }
 

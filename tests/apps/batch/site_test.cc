@@ -64,6 +64,29 @@ TEST_F(SiteFile, RecordingsAreInTheOrderOfTheirDays) {
   EXPECT_EQ(site.recordings[0].name, "b");
 }
 
+TEST_F(SiteFile, ControlPointsAreOfABuildingAndCheckedBeforeAnythingRuns) {
+  folder_.Write("a.csv", "name,easting,northing,height\nT1,691604.2,5334750.6,515.3\n");
+  folder_.Write("swapped.csv", "name,easting,northing,height\nT1,5334750.6,691604.2,515.3\n");
+  const std::string walks = "recordings: [{path: walks/*, building: A}]\n";
+  const auto entry = [](const std::string& rest) {
+    return "{building: A, crs: 'EPSG:25832', points: " + rest + "}";
+  };
+  const Site site = Read(walks + "control: [" + entry("a.csv") + "]\n");
+  ASSERT_NE(FindControl(site, "A"), nullptr);
+  EXPECT_EQ(FindControl(site, "A")->points, std::filesystem::canonical(folder_.Path("a.csv")));
+  EXPECT_EQ(FindControl(site, "B"), nullptr);
+  for (const auto& [control, words] :
+       {std::pair("{building: B, points: a.csv}", "control[0].building: found B"),
+        {"{building: A, points: none.csv}", "none.csv"},
+        {"{building: A}, {building: A}", "control[1]: found a second one of A"}}) {
+    EXPECT_THAT(MessageOf<ConfigError>([&] { Read(walks + "control: [" + control + "]\n"); }),
+                HasSubstr(words));
+  }
+  EXPECT_THAT(
+      MessageOf<ConfigError>([&] { Read(walks + "control: [" + entry("swapped.csv") + "]\n"); }),
+      AllOf(HasSubstr("control[0]: "), HasSubstr("swapped.csv")));
+}
+
 TEST_F(SiteFile, OneWalkUnderTwoNamesIsNamed) {
   for (const char* name : {"walks/a", "walks/b"}) {
     folder_.Write(std::string(name) + "/mav0/cam0/data.csv", "#timestamp [ns],filename\n1,1.png\n");

@@ -61,6 +61,13 @@ TEST_F(SurveyPlanTest, GdalReadsAllLayersOfAGeoPackage) {
   EXPECT_THAT(lines, HasSubstr("LINESTRING Z (0 0 3.1,1 1 4.2345);1;2;"));
   EXPECT_THAT(testing::OutputOf("ogrinfo -so '" + path + "' walls"), HasSubstr("ENGCRS[\"building"))
       << "a frame of its own";
+  const auto asked = [&](const std::string& query) {
+    return testing::OutputOf("ogrinfo -q '" + path + "' -sql \"" + query + "\"");
+  };
+  EXPECT_THAT(asked("SELECT HasSpatialIndex('walls', 'geom') AS has"),
+              HasSubstr("has (Integer) = 1"));
+  EXPECT_THAT(asked("SELECT max(maxx) AS far FROM rtree_rooms_geom WHERE minx < 1"),
+              HasSubstr("far (Real) = 8"));
 }
 
 TEST_F(SurveyPlanTest, APlacedPlanLiesInItsGrid) {

@@ -55,6 +55,31 @@ TEST(MergeMaps, TheRoomsOfBothAreRoomsOfOneBuilding) {
   EXPECT_THAT(Both().building.rooms, SizeIs(2));
 }
 
+TEST(MergeMaps, NamesOfRoomsAreKeptWhereManyPlacedMapsAreMerged) {
+  MapResult named = Both();
+  named.building.name = "House";
+  for (Room& room : named.building.rooms) room.name = fmt::format("room {}", room.id);
+  const RigidTransform T_world_other = LevelTransform(0.3, {1, 2, 0});
+  const auto third = [&] {
+    return ScannedMap(TwoRooms(), {{2, 2, 1.5}, {3, 2.4, 1.5}}, T_world_other.Inverse(), "c");
+  };
+  const auto fourth = [&] {
+    return ScannedMap(TwoRooms(), {{7, 2, 1.5}, {6, 2.4, 1.5}}, T_world_other.Inverse(), "d");
+  };
+  // The one with names is not the world's.
+  const MapResult map =
+      MergePlacedMaps({{third, {}}, {fourth, {}}, {[&] { return named; }, T_world_other.Inverse()}},
+                      MappingOptions());
+  ASSERT_THAT(map.building.rooms, SizeIs(2));
+  EXPECT_EQ(map.building.name, "House");
+  for (const Room& room : map.building.rooms) {
+    const auto before = std::ranges::find(named.building.rooms, room.name, &Room::name);
+    ASSERT_NE(before, named.building.rooms.end()) << room.name;
+    EXPECT_NEAR(std::abs(SignedArea(room.polygon.outline)),
+                std::abs(SignedArea(before->polygon.outline)), 1);
+  }
+}
+
 TEST(MergeMaps, StampsThatBothHaveAreMovedByAnHour) {
   const MapResult first = West(), second = East();
   const MapResult& map = Both();

@@ -69,7 +69,9 @@ TEST_F(NamesTest, SurviveANewMapOfThePlace) {
   testing::AddRoom({0, 0}, {4, 3}, kTurn_rad, 1, &map.building);
   testing::AddRoom({0, 0}, {4, 3}, kTurn_rad, 0, &map.building);
   const RigidTransform T_new_old(ExpRotation({0, 0, kTurn_rad}), Eigen::Vector3d::Zero());
-  EXPECT_EQ(ApplyNames(CollectNames(old.building, T_new_old), &map), 0);
+  Names names = {.of_world = true};
+  AddNames(CollectNames(old.building), T_new_old, &names);
+  EXPECT_EQ(ApplyNames(names, &map), 0);
   EXPECT_EQ(map.building.name, "House A");
   EXPECT_EQ(map.building.rooms[0].name, "Lab");
   EXPECT_EQ(map.building.rooms[1].name, "K\u00fcche \"1\"");
