@@ -14,7 +14,6 @@
 #include "data/core/progress.h"
 #include "data/version.h"
 #include "mapping/adjustment/adjustment.h"
-#include "mapping/align/align_maps.h"
 #include "mapping/align/merge_maps.h"
 #include "mapping/building/build_building.h"
 #include "mapping/control/control.h"
@@ -464,7 +463,7 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
 
 namespace {
 
-constexpr double kAligned = 0.5, kUnited = 0.8, kRaysCollected = 0.85;  // shares of the time, about
+constexpr double kUnited = 0.8, kRaysCollected = 0.85;  // shares of the time, about
 
 MergeOptions OptionsOfUnion(const MappingOptions& options) {
   return {options.cloud.voxel_m, options.dense.voxel_m};
@@ -514,19 +513,8 @@ UnitedMaps UniteNeighbours(std::span<const MapToMerge> maps, const MergeOptions&
 
 }  // namespace
 
-MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MappingOptions& options, const Progress& progress) {
-  options.Check();
-  RequireDifferentRuns(first, second);
-  UnitedMaps ours = PrepareToUnite(std::move(first)), theirs = PrepareToUnite(std::move(second));
-  const MapAlignment found = AlignMaps(ours.map, theirs.map, alignment, progress.Part(0, kAligned));
-  UnitedMaps united = UniteMaps(std::move(ours), std::move(theirs), found.T_first_second,
-                                OptionsOfUnion(options), progress.Part(kAligned, kUnited));
-  return {FinishUnion(std::move(united), options, progress), found};
-}
-
-MapResult MergePlacedMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
-                          const Progress& progress) {
+MapResult MergeMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
+                    const Progress& progress) {
   options.Check();
   return FinishUnion(UniteNeighbours(maps, OptionsOfUnion(options), progress.Part(0, kUnited)),
                      options, progress);

@@ -12,7 +12,6 @@
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence_source.h"
-#include "mapping/align/align_maps.h"
 #include "mapping/control/control_points.h"
 #include "mapping/map/map.h"
 #include "mapping/options.h"
@@ -58,18 +57,6 @@ MapResult MapRun(const OdometryRun& run, const RecordedViews* recorded,
                  const MappingOptions& options, const StageStore* store = nullptr,
                  const Progress& progress = {});
 
-struct MergedMaps {
-  MapResult map;
-  MapAlignment alignment;
-};
-
-// The second is brought into the world of the first, where both are united as README.md, "Merging
-// maps", describes, and their building is made anew. Deterministic. Throws AlignmentError where it
-// is not known how they belong together, DataError for maps that cannot be merged (made without
-// images, of a run that was lost in between, of one run), and StoppedError once progress says so.
-MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
-                     const MappingOptions& options, const Progress& progress = {});
-
 // A map that is read when its turn comes, so that few are held at once.
 struct MapToMerge {
   std::function<MapResult()> read;
@@ -80,8 +67,9 @@ struct MapToMerge {
 // Those that lie where PlaceMaps has put them, in the world of the first: neighbours in their order
 // are united two by two, then these, so that time grows by n log n; the building is made once. What
 // later walks saw to be gone is taken out of earlier ones, where dates tell which is which. Throws
-// what MergeMaps throws but AlignmentError.
-MapResult MergePlacedMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
-                          const Progress& progress = {});
+// DataError for maps that cannot be merged (made without images, of a run that was lost in between,
+// of one run), and StoppedError once progress says so.
+MapResult MergeMaps(const std::vector<MapToMerge>& maps, const MappingOptions& options,
+                    const Progress& progress = {});
 
 }  // namespace slcmap::mapping

@@ -17,6 +17,7 @@
 #include "data/io/csv.h"
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
+#include "mapping/align/merge_maps.h"
 #include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
 
@@ -65,6 +66,31 @@ std::vector<std::size_t> ListOfFirst(const std::vector<MapFolder>& folders,
   return of_first;
 }
 
+void LogAlignment(const std::string& name, const MapAlignment& found) {
+  const Eigen::Vector3d& p = found.T_first_second.translation;
+  spdlog::info(
+      "{}: lies at {:.3f}, {:.3f}, {:.3f} m, turned by {:.2f} degrees; {:.0f} m2 of surfaces and "
+      "{:.0f} m of lines agree, {:.1f} % of the surfaces contradict, the next best place explains "
+      "{:.0f} % as much of what tells the two apart",
+      name, p.x(), p.y(), p.z(), ComputeYaw(found.T_first_second) / kDegree, found.surfaces_m2,
+      found.lines_m, 100 * found.contradiction, 100 * found.rival_share);
+}
+
+// Of the second map in the first, about where --at says.
+RigidTransform AlignFromStart(const MergeArguments& arguments, const Progress& progress) {
+  const AlignmentOptions options{ParseStart("--at", 3, arguments.at)};
+  try {
+    const auto read = [&](std::size_t i) {
+      return PrepareToUnite(ReadMapToShow(arguments.maps[i], arguments.accept_changed)).map;
+    };
+    const MapAlignment found = AlignMaps(read(0), read(1), options, progress);
+    LogAlignment(arguments.maps[1], found);
+    return found.T_first_second;
+  } catch (const DataError& error) {
+    throw DataError(arguments.maps[1] + ": " + error.what());
+  }
+}
+
 // As a file says, or by what the maps have in common. In the world of the first map.
 std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
                                          const Progress& progress) {
@@ -76,7 +102,9 @@ std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
     };
   };
   std::vector<MapToMerge> maps;
-  if (!arguments.placed.empty()) {
+  if (!arguments.at.empty()) {
+    maps = {{read(0), {}}, {read(1), AlignFromStart(arguments, progress)}};
+  } else if (!arguments.placed.empty()) {
     for (std::size_t i = 0; i < folders.size(); ++i) {
       const FolderPlace place = FindPlaceOfFolder(arguments.placed, folders[i].path);
       maps.push_back({read(i), place.T_group_map, place.date});
@@ -92,17 +120,11 @@ std::vector<MapToMerge> PlaceMapsToMerge(const MergeArguments& arguments,
   return maps;
 }
 
-// Of two maps that are brought together as asked for, or of many.
 MapResult MergeAll(const MergeArguments& arguments, const MappingOptions& options,
                    const Progress& progress) {
   constexpr double kPlaced = 0.5;  // share of the time, about
-  if (!arguments.at.empty()) {
-    return MergeStage(ReadMapToShow(arguments.maps[0], arguments.accept_changed),
-                      ReadMapToShow(arguments.maps[1], arguments.accept_changed), arguments.maps[1],
-                      arguments.at, options, progress);
-  }
   const std::vector<MapToMerge> maps = PlaceMapsToMerge(arguments, progress.Part(0, kPlaced));
-  MapResult merged = MergePlacedMaps(maps, options, progress.Part(kPlaced, 1));
+  MapResult merged = MergeMaps(maps, options, progress.Part(kPlaced, 1));
   const std::size_t left_out = arguments.maps.size() - maps.size();
   if (left_out > 0) merged.warnings["maps_left_out"] += static_cast<int64_t>(left_out);
   return merged;
@@ -163,20 +185,6 @@ void AddMergeCommand(CLI::App& app) {
   command->callback([arguments] { Merge(*arguments); });
 }
 
-namespace {
-
-void LogAlignment(const std::string& name, const MapAlignment& found) {
-  const Eigen::Vector3d& p = found.T_first_second.translation;
-  spdlog::info(
-      "{}: lies at {:.3f}, {:.3f}, {:.3f} m, turned by {:.2f} degrees; {:.0f} m2 of surfaces and "
-      "{:.0f} m of lines agree, {:.1f} % of the surfaces contradict, the next best place explains "
-      "{:.0f} % as much of what tells the two apart",
-      name, p.x(), p.y(), p.z(), ComputeYaw(found.T_first_second) / kDegree, found.surfaces_m2,
-      found.lines_m, 100 * found.contradiction, 100 * found.rival_share);
-}
-
-}  // namespace
-
 CLI::Option* AddStartOption(CLI::App& command, std::string* at) {
   return command
       .add_option("--at", *at,
@@ -217,21 +225,6 @@ MappingOptions OptionsOfMerging(const std::string& config, const std::string& fi
   } catch (const ConfigError& error) {
     throw ConfigError(std::string(error.what()) +
                       "; of a map by another version --config can stand for its options");
-  }
-}
-
-MapResult MergeStage(MapResult first, MapResult second, const std::string& second_name,
-                     const std::string& at, const MappingOptions& options,
-                     const Progress& progress) {
-  AlignmentOptions alignment;
-  alignment.start = ParseStart("--at", 3, at);
-  try {
-    MergedMaps merged =
-        MergeMaps(std::move(first), std::move(second), alignment, options, progress);
-    LogAlignment(second_name, merged.alignment);
-    return std::move(merged.map);
-  } catch (const DataError& error) {
-    throw DataError(second_name + ": " + error.what());
   }
 }
 

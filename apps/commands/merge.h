@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "data/core/progress.h"
 #include "mapping/align/align_maps.h"
-#include "mapping/map/map.h"
 #include "mapping/options.h"
 
 namespace slcmap::inline commands {
@@ -23,11 +21,5 @@ std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
 
 // The options of a merged map: of a file, or without one those that the first map was made with.
 MappingOptions OptionsOfMerging(const std::string& config, const std::string& first_map);
-
-// Brings the second map into the first one's world and unites them; logs how well they agree.
-// `second_name` stands in the messages. Throws what MergeMaps throws.
-MapResult MergeStage(MapResult first, MapResult second, const std::string& second_name,
-                     const std::string& at, const MappingOptions& options,
-                     const Progress& progress);
 
 }  // namespace slcmap::commands

@@ -66,7 +66,7 @@ std::ptrdiff_t PointsOfCupboard(const MapResult& map) {
 MapResult Merged(const std::string& first_date, const std::string& second_date) {
   const std::vector<MapToMerge> maps = {{Earlier, {}, first_date},
                                         {Later, kLaterWorld.Inverse(), second_date}};
-  return MergePlacedMaps(maps, MappingOptions());
+  return MergeMaps(maps, MappingOptions());
 }
 
 TEST(MapChanges, WhatALaterWalkSawToBeGoneIsNotInTheMergedMap) {
