@@ -41,7 +41,7 @@ slcmap::OdometryRun RunOdometry(const slcmap::Sequence& sequence,
   for (const slcmap::ImuSample& sample : sequence.imu) odometry.AddImu(sample);
   for (const slcmap::StereoEntry& entry : sequence.images) {
     odometry.AddStereo({entry.stamp_ns, ReadGray(sequence, entry.left_path), {}},
-                       [&, path = entry.right_path] { return ReadGray(sequence, path); });
+                       {[&, path = entry.right_path] { return ReadGray(sequence, path); }});
   }
   odometry.Finish();
   return odometry.Run();

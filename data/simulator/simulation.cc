@@ -231,6 +231,7 @@ Rig MakeTrueRig(const SimulationOptions& options) {
   rig.imu_noise = MakeModel(options, rig).noise;
   rig.camera_time_offset_s = options.time_offset_s.value_or(rig.camera_time_offset_s);
   rig.right_time_offset_s = options.right_offset_s.value_or(rig.right_time_offset_s);
+  rig.other_time_offsets_s.clear();  // all but the right one are triggered together
   if (options.readout_s) std::ranges::fill(rig.readout_s, *options.readout_s);
   const std::vector<double>& scale = options.imu_scale;
   if (!scale.empty() || options.imu_axes_deg != 0) {

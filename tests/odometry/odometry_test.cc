@@ -453,10 +453,10 @@ TEST(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
       for (size_t i = 0; i < recording.images.size(); ++i) {
         StereoImage image = recording.images[i];
         image.right.release();
-        odometry.AddStereo(image, [&, i]() -> cv::Mat {
-          if (i >= 60) throw std::runtime_error("spoilt");
-          return recording.images[i].right;
-        });
+        odometry.AddStereo(image, {[&, i]() -> cv::Mat {
+                             if (i >= 60) throw std::runtime_error("spoilt");
+                             return recording.images[i].right;
+                           }});
       }
     };
     EXPECT_EQ(testing::MessageOf<std::runtime_error>(play), "spoilt");

@@ -151,7 +151,7 @@ SimulatedTracks TracksOf(int camera, const MotionSpline& motion, Rig rig,
 
 SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
                                const TrackSimulatorOptions& options) {
-  if (!LooksApart(rig)) return TrackSimulator(motion, rig, options).Run();
+  if (!HasTwoCameras(rig) || IsStereo(rig)) return TrackSimulator(motion, rig, options).Run();
   SimulatedTracks both = TracksOf(0, motion, rig, options);
   const SimulatedTracks second = TracksOf(1, motion, rig, options);
   for (size_t i = 0; i < both.frames.size(); ++i) {

@@ -66,7 +66,8 @@ struct SimulatedTracks {
 
 // Tracks over the whole motion. A landmark is tracked while the left camera sees it; where fewer
 // than max_tracks are left, new landmarks with new ids are taken up at random pixels.
-// Those of a rig that LooksApart() are of each camera alone: of the first with even ids.
+// Those of a rig of two cameras that look apart are of each camera alone: of the first with even
+// ids.
 SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
                                const TrackSimulatorOptions& options);
 
