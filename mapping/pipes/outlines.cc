@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOutlineSigma_px = 0.3;
+constexpr double kOutlineSigma_px = 0.15;
 constexpr double kLeastSine = 0.05;  // between ray and axis
 
 // From its pieces, which are on one straight line.

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kPoseSigma_m = 0.002;  // of images against each other, near a place
+constexpr double kPoseSigma_m = 0.001;  // of images against each other, near a place
 // More images of one place share their errors; as do more points.
 constexpr double kImagesThatCount = 30, kPointsThatCount = 20;
 constexpr double kRobustSigmas = 2;  // at which a sight counts half (Cauchy)
@@ -93,16 +93,8 @@ VectorXd DeriveCylinder(const TangentLine& tangent) {
   return Vector3d(tangent.normal.x(), tangent.normal.y(), tangent.side);
 }
 
-// An edge that stays where it is, of each outline.
-BodyFit FitEdges(const std::vector<TangentLine>& tangents, int outlines, double scale_m) {
-  return FitBody(tangents, 2 * outlines, scale_m, [&](const TangentLine& tangent) {
-    VectorXd row = VectorXd::Zero(2 * outlines);
-    row.segment<2>(2 * tangent.outline) = tangent.normal;
-    return row;
-  });
-}
-
-// One edge on each side.
+// An edge that stays where it is, on each side. Not of each outline: poses that drift by some
+// millimetres while one is followed move it, as they move no cylinder that all of them touch.
 BodyFit FitStrip(const std::vector<TangentLine>& tangents, double scale_m) {
   return FitBody(tangents, 4, scale_m, [](const TangentLine& tangent) {
     VectorXd row = VectorXd::Zero(4);
@@ -150,7 +142,7 @@ std::optional<PipeFit> FitPipe(const PointAndDirection& start,
 }
 
 double TouchingShare(const Cylinder& cylinder, const Outline& outline) {
-  constexpr double kMostSigmas = 3;
+  constexpr double kMostSigmas = 6;
   const auto across = ComputeAcross(cylinder.axis.direction_world);
   const auto touches = [&](const TangentLine& tangent) {
     return std::abs(std::abs(tangent.offset_m) - cylinder.radius_m) <=
@@ -172,12 +164,10 @@ struct SurfacePlace {
 // Points between the outlines, and beside them, as the views see them.
 struct SurfacesAbout {
   std::vector<SurfacePlace> between, beside;
-  double behind = 0;  // the share of those beside that are behind the axis
 };
 
 constexpr double kBetween = 0.8, kBesideFrom = 1.25, kBesideTo = 2.5;  // aside, in radii
-constexpr double kBehind = 0.5;                  // radii: nothing of a pipe is there
-constexpr double kFarthest = 1.5, kNearest = 2;  // behind and before the axis
+constexpr double kFarthest = 1.5, kNearest = 2;                        // behind and before the axis
 
 // Towards the views, unless they are all around.
 std::optional<Vector2d> WayToViews(const std::vector<TangentLine>& tangents) {
@@ -218,13 +208,11 @@ SurfacesAbout CollectSurfaces(const Cylinder& cylinder, const Interval& interval
       if (height > kNearest) continue;
       if (aside > kBesideFrom && aside < kBesideTo) {
         surfaces.beside.push_back({place, point.sigma_m});
-        surfaces.behind += height < -kBehind;
       } else if (aside < kBetween && height > -kFarthest) {
         surfaces.between.push_back({place, point.sigma_m});
       }
     }
   }
-  surfaces.behind /= std::max(1.0, static_cast<double>(surfaces.beside.size()));
   return surfaces;
 }
 
@@ -247,21 +235,6 @@ double CompareSurface(const std::vector<SurfacePlace>& points, double radius_m,
   return sum * std::min(1.0, kPointsThatCount / std::max(1.0, static_cast<double>(points.size())));
 }
 
-// How much likelier it is that what stands free has behind it what is beside it.
-double CompareBeside(const SurfacesAbout& surfaces) {
-  constexpr double kEither = 0.5;
-  const double count = std::min(kPointsThatCount, static_cast<double>(surfaces.beside.size()));
-  return count * (surfaces.behind * std::log((1 - kStray) / kEither) +
-                  (1 - surfaces.behind) * std::log(kStray / kEither));
-}
-
-double OffRectangle_m(const Vector2d& place, const Vector2d& u, const BodyFit& bar) {
-  const Vector2d way = place - bar.x.head<2>();
-  const Vector2d off(std::abs(way.dot(u)) - std::abs(bar.x[2]),
-                     std::abs(u.x() * way.y() - u.y() * way.x()) - std::abs(bar.x[3]));
-  return off.cwiseMax(0).norm() + std::min(off.maxCoeff(), 0.0);
-}
-
 double CompareStrip(const BodyFit& strip, const SurfacesAbout& surfaces, double radius_m) {
   const Vector2d a = strip.x.head<2>(), way = strip.x.tail<2>() - a;
   const Vector2d normal = Vector2d(-way.y(), way.x()).normalized();
@@ -270,17 +243,14 @@ double CompareStrip(const BodyFit& strip, const SurfacesAbout& surfaces, double 
          CompareSurface(surfaces.beside, radius_m, off_m);
 }
 
-// The best bar of any turn.
-double CompareBars(const std::vector<TangentLine>& tangents, const SurfacesAbout& surfaces,
-                   double radius_m) {
+// The best bar of any turn, which bulges from the cloud as a pipe does: only outlines tell them.
+double CompareBars(const std::vector<TangentLine>& tangents, double radius_m) {
   constexpr int kTurns = 9;  // of a quarter
   double best = -1e9;
   for (int turn = 0; turn < kTurns; ++turn) {
     const double turn_rad = 0.5 * std::numbers::pi * turn / kTurns;
     const Vector2d u(std::cos(turn_rad), std::sin(turn_rad));
-    const BodyFit bar = FitBar(tangents, u, radius_m);
-    const auto off_m = [&](const Vector2d& place) { return OffRectangle_m(place, u, bar); };
-    best = std::max(best, bar.log_evidence + CompareSurface(surfaces.between, radius_m, off_m));
+    best = std::max(best, FitBar(tangents, u, radius_m).log_evidence);
   }
   return best - std::log(kTurns);
 }
@@ -294,16 +264,13 @@ double ComputePipeLogRatio(const Cylinder& cylinder, const Interval& interval,
       TangentsOf(cylinder.axis, ComputeAcross(cylinder.axis.direction_world), outlines);
   const SurfacesAbout surfaces = CollectSurfaces(cylinder, interval, WayToViews(tangents), cloud);
   const BodyFit round = FitBody(tangents, 3, radius_m, &DeriveCylinder);
-  const double free = CompareBeside(surfaces);
-  const double pipe = round.log_evidence + free +
-                      CompareSurface(surfaces.between, radius_m, [&](const Vector2d& place) {
-                        return (place - round.x.head<2>()).norm() - round.x[2];
-                      });
   const BodyFit strip = FitStrip(tangents, radius_m);
-  return pipe -
-         std::max({FitEdges(tangents, static_cast<int>(outlines.size()), radius_m).log_evidence,
-                   strip.log_evidence, strip.log_evidence + CompareStrip(strip, surfaces, radius_m),
-                   free + CompareBars(tangents, surfaces, radius_m)});
+  const double bulges = CompareSurface(surfaces.between, radius_m, [&](const Vector2d& place) {
+    return (place - round.x.head<2>()).norm() - round.x[2];
+  });
+  const double flat = std::max(0.0, CompareStrip(strip, surfaces, radius_m));
+  return round.log_evidence -
+         std::max(strip.log_evidence + flat - bulges, CompareBars(tangents, radius_m));
 }
 
 }  // namespace slcmap::mapping

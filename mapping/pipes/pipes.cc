@@ -24,7 +24,7 @@ constexpr double kMaxGap_m = 0.5;         // in a pipe
 constexpr double kSlack_m = 0.008, kOutlineSigmas = 2;  // of lines on a pipe
 // Of a pipe against what is none, before anything of the two lines is known: of all pairs of
 // parallel lines few are of a pipe.
-constexpr double kPriorLogRatio = -7;
+constexpr double kPriorLogRatio = -5;
 
 // What some outlines may be of.
 struct Candidate {
