@@ -306,6 +306,9 @@ class Odometry::Impl {
     OdometryRun run;
     run.method = MethodName(options_.method);
     run.rectified_rig = rectifier_.rectified_rig();
+    if (const auto& longer_s = estimator_.window().model().readout) {
+      for (double& readout_s : run.rectified_rig.readout_s) readout_s += *longer_s;
+    }
     run.imu = imu_;
     run.warnings = warnings_;
     if (!pending_.empty())
