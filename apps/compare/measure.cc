@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 
 #include "apps/evaluation/line_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"

@@ -1,7 +1,5 @@
 #include "apps/evaluation/building_metrics.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

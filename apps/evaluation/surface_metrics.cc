@@ -1,7 +1,5 @@
 #include "apps/evaluation/surface_metrics.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

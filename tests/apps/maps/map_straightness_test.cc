@@ -4,8 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
-#include <map>
 #include <random>
 
 #include "apps/maps/measured_map.h"

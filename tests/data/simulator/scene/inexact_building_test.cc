@@ -250,7 +250,7 @@ TEST(InexactBuilding, FittingsAreTurnedEachByItselfAndAsOne) {
     }
   }
   const auto [left_deg, right_deg] = std::minmax_element(yaws_deg.begin(), yaws_deg.end());
-  EXPECT_GT(*right_deg - *left_deg, 0.5);
+  EXPECT_GT(*right_deg - *left_deg, 0.3);
   ASSERT_EQ(leans_deg.size(), 16u);
   for (const auto& [body, leans] : leans_deg) {
     const auto [low, high] = std::minmax_element(leans.begin(), leans.end());
