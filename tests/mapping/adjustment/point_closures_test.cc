@@ -1,5 +1,5 @@
 // Revisits of a textured room, recognised by the points of its walls.
-#include "mapping/adjustment/point_closures.h"
+#include "mapping/adjustment/closure.h"
 
 #include <gtest/gtest.h>
 
