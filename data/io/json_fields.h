@@ -68,10 +68,10 @@ class JsonWriter {
     json["holes"] = HolesJson(polygon);
   }
   void Derived(const char* key, double value) { json[key] = RoundedForJson(value); }
-  void List(const char* key, const auto& things) { json[key] = ListOf(things); }
+  void List(const char* key, const auto& things) { json[key] = WriteList(things); }
   void Place(const char*, const auto&) {}
 
-  static Json ListOf(const auto& things) {
+  static Json WriteList(const auto& things) {
     Json list = Json::array();
     for (const auto& thing : things) {
       JsonWriter fields;
@@ -149,13 +149,13 @@ class JsonReader {
   void Derived(const char*, double) const {}
   template <typename T>
   void List(const char* key, std::vector<T>& things) const {
-    things = ListIn<T>(place_, json_.at(key));
+    things = ReadList<T>(place_, json_.at(key));
   }
   // Messages name the thing from here on.
   void Place(const char* what, const auto& id) { place_ += fmt::format(": {} {}", what, id); }
 
   template <typename T>
-  static std::vector<T> ListIn(const std::string& place, const Json& list) {
+  static std::vector<T> ReadList(const std::string& place, const Json& list) {
     std::vector<T> things;
     for (const Json& json : list) {
       JsonReader fields(place, json);

@@ -14,7 +14,6 @@
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/adjustment/closure.h"
 #include "mapping/adjustment/closure_terms.h"
-#include "mapping/adjustment/point_closures.h"
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/run/run.h"
 

@@ -10,7 +10,6 @@
 
 #include "data/core/progress.h"
 #include "mapping/adjustment/closure.h"
-#include "mapping/adjustment/control_terms.h"
 #include "mapping/adjustment/options.h"
 #include "mapping/map/map.h"
 #include "mapping/views/view.h"

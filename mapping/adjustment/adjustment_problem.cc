@@ -291,6 +291,19 @@ void AddLineTerms(const AdjustmentModel& model, const AdjustmentState& state,
   }
 }
 
+// Those of the ties whose landmarks the state has. One that is wrong by much pulls little.
+void AddControlTerms(const std::vector<ControlTie>& ties, const AdjustmentState& state,
+                     ceres::LossFunction* loss, ceres::Problem* problem) {
+  for (const ControlTie& tie : ties) {
+    const auto point = std::ranges::find_if(state.points, [&](const AdjustedPoint& p) {
+      return p.landmark->id == tie.landmark_id && !p.observations.empty();
+    });
+    if (point == state.points.end()) continue;
+    problem->AddResidualBlock(new MeasuredPointResidual(state.rig.T_imu_camera[0], tie), loss,
+                              {state.frames[point->host].pose, state.control_shift, point->block});
+  }
+}
+
 // Points and short lines, but those that closures bind to each other.
 std::vector<double*> EliminatedFirst(const AdjustmentState& state,
                                      const std::vector<Closure>& closures) {

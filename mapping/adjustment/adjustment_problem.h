@@ -15,7 +15,6 @@
 #include "data/core/progress.h"
 #include "mapping/adjustment/adjustment_state.h"
 #include "mapping/adjustment/closure.h"
-#include "mapping/adjustment/control_terms.h"
 #include "odometry/factors/factor.h"
 
 namespace slcmap::inline mapping {

@@ -6,7 +6,6 @@
 #include <unordered_map>
 
 #include "data/core/error.h"
-#include "mapping/adjustment/control_terms.h"
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/geometry/lines.h"

@@ -9,6 +9,7 @@
 
 #include "mapping/adjustment/options.h"
 #include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 #include "odometry/factors/imu_factor.h"
 #include "odometry/factors/line_residual.h"
 #include "odometry/factors/point_residual.h"
@@ -96,10 +97,22 @@ struct AdjustmentState {
   double share_sigma_rad = 0;
   std::vector<AdjustedPoint> points;
   std::vector<AdjustedLine> lines;
-  double* control_shift = nullptr;  // see control_terms.h
+  double* control_shift = nullptr;  // see ControlTie
 
   CalibrationState calibration() const;
 };
+
+// A landmark of the run, and where it was measured to be, in the run's world but for a common small
+// turn about z and a shift, which are estimated. Metres.
+struct ControlTie {
+  int64_t landmark_id = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+};
+
+// The shift s and the turn psi about z that all ties share.
+inline constexpr int kControlShiftSize = 4;
+inline constexpr BlockKind kControlShiftKind{kControlShiftSize, kControlShiftSize};
 
 // All that the run knows, as it has it; points that too few keyframes saw and lines of headings
 // that were withdrawn are left out. The run must outlive the state.

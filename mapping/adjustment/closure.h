@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "data/core/progress.h"
 #include "mapping/adjustment/adjustment_state.h"
+#include "mapping/views/view.h"
 
 namespace slcmap::inline mapping {
 
@@ -75,5 +77,18 @@ bool IsUnique(const Agreement& agreement, int min_votes);
 // candidates for one edge; those of which enough agree on one shift between the visits become a
 // closure. Lines are merged by place and axis alone, whatever direction they are seen from.
 std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const ClosureOptions& options);
+
+// Places that are recognised by how points look.
+
+// Keyframes that look at a place from nearly where an earlier one did: the points of the earlier
+// one are searched in the later image about where the state has them, as far as odometry's
+// uncertainty goes, by the correlation of their patches. Keyframes in which enough points agree on
+// one shift, and whose neighbours find the same, become closures. `images` are those of the state's
+// keyframes, in their order; `geometry` is that of the rectified rig that the run's observations
+// are told in. Throws StoppedError when progress says so.
+std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewImages& images,
+                                       const StereoGeometry& geometry,
+                                       const ClosureOptions& options,
+                                       const Progress& progress = {});
 
 }  // namespace slcmap::mapping

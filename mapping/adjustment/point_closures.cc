@@ -1,9 +1,8 @@
-#include "mapping/adjustment/point_closures.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "mapping/adjustment/closure.h"
 #include "mapping/views/view_matches.h"
 #include "odometry/geometry/pinhole.h"
 

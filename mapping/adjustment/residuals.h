@@ -2,6 +2,7 @@
 // a line is), and lines together that are one edge, seen at two visits.
 #pragma once
 
+#include "mapping/adjustment/adjustment_state.h"
 #include "odometry/factors/factor.h"
 #include "odometry/geometry/lines.h"
 
@@ -85,6 +86,29 @@ class SameFreeEdgeResidual final : public Factor {
   End ends_[2];
   Matrix32d across_;
   double weight_;
+};
+
+// Blocks: pose of the point's host (R, p), shift, point (x, y, lambda). With the point in the
+// world, P = R (R_IC (x, y, 1) / lambda + p_IC) + p, and where it was measured, C:
+//
+//   r = ( Rz(psi) P + s - C ) / sigma
+//
+// Three rows.
+class MeasuredPointResidual final : public Factor {
+ public:
+  MeasuredPointResidual(const RigidTransform& T_imu_camera, const ControlTie& tie)
+      : Factor(3, {kPoseKind, kControlShiftKind, kPointKind}),
+        T_imu_camera_(T_imu_camera),
+        p_measured_(tie.p_world),
+        weights_(tie.sigma_m.cwiseInverse()) {}
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const RigidTransform T_imu_camera_;
+  const Eigen::Vector3d p_measured_, weights_;
 };
 
 }  // namespace slcmap::mapping

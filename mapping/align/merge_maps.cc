@@ -18,9 +18,9 @@
 namespace slcmap::inline mapping {
 namespace {
 
-// What maps that are aligned are off against each other here and there: trajectories err, and lines
-// of inexact buildings by more than their covariances tell (FORMAT.md, "How well a line is known").
-constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
+// What lines of maps that are aligned are off against each other here and there: trajectories err,
+// and inexact buildings by more than covariances tell (FORMAT.md, "How well a line is known").
+constexpr double kLinesOff_m = 0.009;
 constexpr int64_t kHour_ns = 3600'000'000'000;
 
 // By the verdict on its run: lines may all be of one of its segments.
@@ -240,7 +240,7 @@ std::vector<MergedRun> UniteParts(const MapResult& first, const MapResult& secon
 
 void UniteContents(const RigidTransform& T_first_second, const MergeOptions& options,
                    const Progress& progress, MapResult* first, MapResult* second) {
-  first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense_voxel_m);
+  first->dense = UniteSurfaces(first->dense, second->dense, options.dense_voxel_m);
   progress.ReportOrStop(0.3);
   SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud_voxel_m), first);
   progress.ReportOrStop(0.4);

@@ -9,12 +9,11 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
-#include <unordered_map>
 
 #include "data/core/error.h"
 #include "mapping/dense/dense_map.h"
+#include "mapping/dense/depth_fusion.h"
 #include "mapping/lines/line_samples.h"
 #include "odometry/geometry/pinhole.h"
 
@@ -22,91 +21,13 @@ namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kLeastSigma_m = 0.001;
-constexpr double kOneSurface = 0.7;     // cosine between normals
-constexpr double kOneSigmas = 3;        // along the normal, between points of one surface
-constexpr double kBesidesVoxels = 0.6;  // across it, from where they are two points
+using PointVoxel = std::array<int64_t, 3>;
 
-using SideVoxel = std::array<int64_t, 4>;  // and the side that it faces
-
-struct SideVoxelHash {
-  std::size_t operator()(const SideVoxel& voxel) const {
-    uint64_t hash = 0;
-    for (const int64_t index : voxel)
-      hash = (hash ^ static_cast<uint64_t>(index)) * 0x9E3779B97F4A7C15;
-    return hash ^ (hash >> 29);
-  }
-};
-
-SideVoxel FindVoxel(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double voxel_m) {
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  const auto index = [&](int i) { return static_cast<int64_t>(std::floor(p[i] / voxel_m)); };
-  return {index(0), index(1), index(2), 2 * axis + (normal[axis] < 0 ? 1 : 0)};
-}
-
-struct SurfaceSum {
-  Eigen::Vector3d p = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double weight = 0, grey = 0, best_sigma_m = 1e9;
-
-  void Add(const DensePoint& point) {
-    const double sigma_m = std::max(point.sigma_m, kLeastSigma_m), w = 1 / (sigma_m * sigma_m);
-    p += w * point.p_world;
-    normal += w * point.normal_world;
-    weight += w;
-    grey += w * point.grey;
-    best_sigma_m = std::min(best_sigma_m, point.sigma_m);
-  }
-
-  // Errors of one map are shared by its neighbours, so sigma is at best that of the mean of two.
-  DensePoint Mean() const {
-    const double sigma_m = std::max(std::sqrt(1 / weight), best_sigma_m / std::sqrt(2.0));
-    return {p / weight, normal.normalized(), std::min(sigma_m, best_sigma_m),
-            static_cast<uint8_t>(std::lround(grey / weight))};
-  }
-};
-
-// Of points along a normal, as where a surface lies on the border of voxels, the best known stays.
-std::vector<DensePoint> WithoutDoubles(const std::vector<DensePoint>& points, double alignment_m,
-                                       double voxel_m) {
-  std::vector<std::size_t> order(points.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return points[a].sigma_m < points[b].sigma_m;
-  });
-  std::unordered_map<SideVoxel, std::vector<std::size_t>, SideVoxelHash> kept;
-  const auto is_double = [&](const DensePoint& point, const DensePoint& other) {
-    if (other.normal_world.dot(point.normal_world) < kOneSurface) return false;
-    const Eigen::Vector3d way = point.p_world - other.p_world;
-    const double along_m = way.dot(other.normal_world);
-    const double across_m = (way - along_m * other.normal_world).norm();
-    const double sigma_m = std::hypot(point.sigma_m, other.sigma_m, alignment_m);
-    return across_m < kBesidesVoxels * voxel_m &&
-           std::abs(along_m) < std::min(kOneSigmas * sigma_m, 1.5 * voxel_m);
+PointVoxel FindVoxel(const MapPoint& point, double voxel_m) {
+  const auto index = [&](int i) {
+    return static_cast<int64_t>(std::floor(point.p_world[i] / voxel_m));
   };
-  std::vector<char> stays(points.size(), 0);
-  for (const std::size_t i : order) {
-    const SideVoxel voxel = FindVoxel(points[i].p_world, points[i].normal_world, voxel_m);
-    bool doubles = false;
-    for (int k = 0; k < 125 && !doubles; ++k) {
-      const auto found = kept.find(
-          {voxel[0] + k % 5 - 2, voxel[1] + k / 5 % 5 - 2, voxel[2] + k / 25 - 2, voxel[3]});
-      if (found == kept.end()) continue;
-      doubles = std::any_of(found->second.begin(), found->second.end(),
-                            [&](std::size_t other) { return is_double(points[i], points[other]); });
-    }
-    if (doubles) continue;
-    stays[i] = 1;
-    kept[voxel].push_back(i);
-  }
-  std::vector<DensePoint> left;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (stays[i]) left.push_back(points[i]);
-  }
-  return left;
-}
-
-SideVoxel FindVoxel(const MapPoint& point, double voxel_m) {
-  return FindVoxel(point.p_world, Eigen::Vector3d::UnitX(), voxel_m);
+  return {index(0), index(1), index(2)};
 }
 
 // The points of a voxel.
@@ -142,21 +63,18 @@ void AddObservations(const UnitedPoints& map, const SumOf& sum_of,
 }  // namespace
 
 std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
-                                      const std::vector<DensePoint>& second, double alignment_m,
-                                      double voxel_m) {
-  std::map<SideVoxel, SurfaceSum> voxels;
+                                      const std::vector<DensePoint>& second, double voxel_m) {
+  DenseOptions options;
+  options.voxel_m = voxel_m;
+  DepthFusion fusion(options);
   for (const std::vector<DensePoint>* points : {&first, &second}) {
-    for (const DensePoint& point : *points) {
-      voxels[FindVoxel(point.p_world, point.normal_world, voxel_m)].Add(point);
-    }
+    for (const DensePoint& point : *points) fusion.Add(point);
   }
-  std::vector<DensePoint> means;
-  for (const auto& [voxel, sum] : voxels) means.push_back(sum.Mean());
-  return WithoutDoubles(means, alignment_m, voxel_m);
+  return fusion.Points();
 }
 
 UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, double voxel_m) {
-  std::map<SideVoxel, PointSum> voxels;
+  std::map<PointVoxel, PointSum> voxels;
   for (const UnitedPoints* map : {&first, &second}) {
     for (const MapPoint& point : map->points) voxels[FindVoxel(point, voxel_m)].Add(point);
   }

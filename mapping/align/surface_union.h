@@ -13,13 +13,10 @@
 
 namespace slcmap::inline mapping {
 
-// One point for all that are in a voxel and face alike: their mean, weighted by what is known of
-// each; of points that then lie along one normal within what is known of them the best known stays,
-// so that a surface that both saw is one. Alignment_m is what the maps are off against each other.
-// By voxel.
+// As views are fused to a cloud (mapping/dense/depth_fusion.h), so that a surface that both saw is
+// one.
 std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
-                                      const std::vector<DensePoint>& second, double alignment_m,
-                                      double voxel_m);
+                                      const std::vector<DensePoint>& second, double voxel_m);
 
 struct UnitedPoints {
   std::vector<MapPoint> points;

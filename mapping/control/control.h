@@ -8,7 +8,7 @@
 
 #include "data/core/progress.h"
 #include "data/source/sequence_source.h"
-#include "mapping/adjustment/control_terms.h"
+#include "mapping/adjustment/adjustment_state.h"
 #include "mapping/control/control_points.h"
 #include "mapping/map/map.h"
 #include "odometry/run/run.h"

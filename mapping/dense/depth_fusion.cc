@@ -251,17 +251,21 @@ void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera
       if (!node.is_known() || node.depth_sigma_m() > options_.max_sigma_m) continue;
       const Eigen::Vector3d ray = PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
       const Eigen::Vector3d p = R * (node.depth_m() * ray) + T_world_camera.translation;
-      const Eigen::Vector3f normal = (R * ComputeNormal(node, camera, ray)).cast<float>();
-      const float sigma_m = std::max(static_cast<float>(node.depth_sigma_m()), kMinSigma_m);
-      const float weight = 1 / (sigma_m * sigma_m);
-      Sums& sums = voxels_[MakeKey(FindVoxel(p, options_.voxel_m), Facing(normal))];
-      sums.weighted_p += weight * p;
-      sums.weighted_normal += weight * normal;
-      sums.weight += weight;
-      sums.weighted_grey += weight * node.grey;
-      ++sums.count;
+      Add(p, (R * ComputeNormal(node, camera, ray)).cast<float>(),
+          static_cast<float>(node.depth_sigma_m()), node.grey);
     }
   }
+}
+
+void DepthFusion::Add(const Eigen::Vector3d& p, const Eigen::Vector3f& normal, float sigma_m,
+                      float grey) {
+  const float known_m = std::max(sigma_m, kMinSigma_m), weight = 1 / (known_m * known_m);
+  Sums& sums = voxels_[MakeKey(FindVoxel(p, options_.voxel_m), Facing(normal))];
+  sums.weighted_p += weight * p;
+  sums.weighted_normal += weight * normal;
+  sums.weight += weight;
+  sums.weighted_grey += weight * grey;
+  ++sums.count;
 }
 
 std::vector<DensePoint> DepthFusion::Points() const {

@@ -33,6 +33,12 @@ class DepthFusion {
   // Adds the known nodes whose depth is certain to max_sigma_m, weighted by their information.
   void Add(const RigidTransform& T_world_camera, const Camera& camera, const DepthGrid& grid);
 
+  // Adds a point that was fused before, as of another map.
+  void Add(const DensePoint& point) {
+    Add(point.p_world, point.normal_world.cast<float>(), static_cast<float>(point.sigma_m),
+        point.grey);
+  }
+
   // One point a voxel that is known to about the voxel's size. Surfaces that noise has spread over
   // voxels are drawn together along their normals: each point is moved onto the plane of those
   // around it, and of several along a normal the best known stays. By voxel, so that the order of
@@ -46,6 +52,8 @@ class DepthFusion {
     float weight = 0, weighted_grey = 0;
     int count = 0;
   };
+
+  void Add(const Eigen::Vector3d& p, const Eigen::Vector3f& normal, float sigma_m, float grey);
 
   const DenseOptions options_;
   std::unordered_map<int64_t, Sums> voxels_;

@@ -18,6 +18,7 @@
 #include "data/core/rigid_transform.h"
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/views/view_matches.h"
+#include "odometry/factors/factor.h"
 
 namespace slcmap::inline mapping {
 namespace {
@@ -39,30 +40,6 @@ constexpr int kRounds = 2;           // of looking for points, and adjusting
 
 template <typename T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
-
-// How much is corrected, in standard deviations.
-struct PriorTerm {
-  double sigma_rad, sigma_m;
-
-  template <typename T>
-  bool operator()(const T* move, T* residual) const {
-    for (int i = 0; i < 3; ++i) {
-      residual[i] = move[i] / sigma_rad;
-      residual[3 + i] = move[3 + i] / sigma_m;
-    }
-    return true;
-  }
-};
-
-struct ClockTerm {
-  double sigma_s;
-
-  template <typename T>
-  bool operator()(const T* clock_s, T* residual) const {
-    residual[0] = clock_s[0] / sigma_s;
-    return true;
-  }
-};
 
 template <typename T>
 std::array<T, 6> Sum(const T* common, const T& clock_s, const PoseMove& speed, const T* own) {
@@ -134,8 +111,12 @@ MatchTerm MakeTerm(const PoseMatch& match, const GivenViews& given, const Views&
           ComputeWeight(match, corrected, rig, options.point_sigma_px)};
 }
 
+// How much is corrected, in standard deviations.
 ceres::CostFunction* MakePrior(double sigma_rad, double sigma_m) {
-  return new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(new PriorTerm{sigma_rad, sigma_m});
+  constexpr int kSize = std::tuple_size_v<PoseMove>;
+  Eigen::VectorXd weights(kSize);
+  weights << Vector3d::Constant(1 / sigma_rad), Vector3d::Constant(1 / sigma_m);
+  return new AsGivenResidual({kSize, kSize}, weights);
 }
 
 // False where the solution cannot be used.
@@ -183,7 +164,7 @@ std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCor
   ceres::Problem problem(owner);
   problem.AddResidualBlock(MakePrior(kBodySigma_rad, kBodySigma_m), nullptr, found.common.data());
   problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<ClockTerm, 1, 1>(new ClockTerm{kClockSigma_s}), nullptr,
+      new AsGivenResidual({1, 1}, Eigen::VectorXd::Constant(1, 1 / kClockSigma_s)), nullptr,
       &found.clock_s);
   for (PoseMove& own : found.own) {
     problem.AddResidualBlock(MakePrior(options.sigma_rad, options.sigma_m), nullptr, own.data());

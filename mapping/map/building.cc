@@ -105,7 +105,7 @@ Json PlanJson(const Building& building) {
                 {{"turn_rad", GetHeading(building.T_map_world)},
                  {"translation_m", PointJson(building.T_map_world.translation)}}}};
   if (!building.name.empty()) json["name"] = building.name;
-  json["storeys"] = JsonWriter::ListOf(building.storeys);
+  json["storeys"] = JsonWriter::WriteList(building.storeys);
   for (size_t i = 0; i < building.storeys.size(); ++i) {
     Json& storey = json["storeys"][i];
     storey["rooms"] = Json::array();
@@ -119,7 +119,7 @@ Json PlanJson(const Building& building) {
     }
     if (!building.storeys[i].name.empty()) storey["name"] = building.storeys[i].name;
   }
-  json["walls"] = JsonWriter::ListOf(building.walls);
+  json["walls"] = JsonWriter::WriteList(building.walls);
   return json;
 }
 
@@ -131,11 +131,11 @@ void ParsePlan(const std::string& path, const Json& json, Building* building) {
   building->T_map_world.rotation = Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ());
   building->T_map_world.translation =
       ParsePoint<Vector3d>(path, frame.at("translation_m"), kMostLength_m);
-  building->storeys = JsonReader::ListIn<Storey>(path, json.at("storeys"));
+  building->storeys = JsonReader::ReadList<Storey>(path, json.at("storeys"));
   for (size_t i = 0; i < building->storeys.size(); ++i) {
     building->storeys[i].name = json.at("storeys")[i].value("name", "");
   }
-  building->walls = JsonReader::ListIn<PlanWall>(path, json.at("walls"));
+  building->walls = JsonReader::ReadList<PlanWall>(path, json.at("walls"));
 }
 
 // Ids count from 0: each thing's is its place in its list.
@@ -192,8 +192,8 @@ std::string GetTitle(const Room& room) {
 std::vector<std::string> BuildingFiles() { return {kPlanes, kRooms, kPlan}; }
 
 void WriteBuilding(const std::string& folder, const Building& building) {
-  WriteJsonFile(folder + "/" + kPlanes, JsonWriter::ListOf(building.planes));
-  WriteJsonFile(folder + "/" + kRooms, JsonWriter::ListOf(building.rooms));
+  WriteJsonFile(folder + "/" + kPlanes, JsonWriter::WriteList(building.planes));
+  WriteJsonFile(folder + "/" + kRooms, JsonWriter::WriteList(building.rooms));
   WriteJsonFile(folder + "/" + kPlan, PlanJson(building));
 }
 
@@ -202,9 +202,9 @@ Building ReadBuilding(const std::string& folder) {
                     plan = folder + "/" + kPlan;
   Building building;
   building.planes = ParseJsonFile(
-      planes, [&](const Json& json) { return JsonReader::ListIn<BuildingPlane>(planes, json); });
-  building.rooms =
-      ParseJsonFile(rooms, [&](const Json& json) { return JsonReader::ListIn<Room>(rooms, json); });
+      planes, [&](const Json& json) { return JsonReader::ReadList<BuildingPlane>(planes, json); });
+  building.rooms = ParseJsonFile(
+      rooms, [&](const Json& json) { return JsonReader::ReadList<Room>(rooms, json); });
   ParseJsonFile(plan, [&](const Json& json) {
     ParsePlan(plan, json, &building);
     return 0;

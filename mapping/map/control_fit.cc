@@ -88,8 +88,8 @@ void WriteControlFit(const std::string& folder, const ControlFit& fit,
                {"rms_mm", RoundedForJson(1e3 * fit.rms_m)},
                {"map_scale", fit.map_scale},
                {"map_scale_sigma", fit.map_scale_sigma},
-               {"points", JsonWriter::ListOf(fit.points)},
-               {"distances", JsonWriter::ListOf(fit.distances)}};
+               {"points", JsonWriter::WriteList(fit.points)},
+               {"distances", JsonWriter::WriteList(fit.distances)}};
   WriteJsonFile(folder + "/" + kControlFiles[0], json);
   WriteFile(folder + "/" + kControlFiles[1], ControlTable(fit));
 }
@@ -102,8 +102,8 @@ ControlFit ReadControlFit(const std::string& folder) {
     fit.rms_m = 1e-3 * BoundedAt(path, json, "rms_mm", 0.0, 1e12);
     fit.map_scale = BoundedAt(path, json, "map_scale", 0.0, 1e6);
     fit.map_scale_sigma = BoundedAt(path, json, "map_scale_sigma", 0.0, 1e6);
-    fit.points = JsonReader::ListIn<ControlResidual>(path, json.at("points"));
-    fit.distances = JsonReader::ListIn<DistanceResidual>(path, json.at("distances"));
+    fit.points = JsonReader::ReadList<ControlResidual>(path, json.at("points"));
+    fit.distances = JsonReader::ReadList<DistanceResidual>(path, json.at("distances"));
     return fit;
   });
 }

@@ -95,7 +95,7 @@ std::vector<Thing> ReadList(const std::string& path, const char* what) {
     if (!json.is_array()) {
       throw DataError(fmt::format("{}: found no list, expected a list of {}s", path, what));
     }
-    std::vector<Thing> things = JsonReader::ListIn<Thing>(path, json);
+    std::vector<Thing> things = JsonReader::ReadList<Thing>(path, json);
     for (size_t i = 0; i < things.size(); ++i) {
       if (things[i].id == static_cast<int64_t>(i)) continue;
       throw DataError(fmt::format("{}: {} {}: found it at place {}, expected ids to count from 0",
@@ -140,7 +140,7 @@ void Describe(Fields& fields, Of<MapPattern> auto& pattern) {
 }
 
 void WritePipes(const std::string& path, const std::vector<MapPipe>& pipes) {
-  WriteJsonFile(path, JsonWriter::ListOf(pipes));
+  WriteJsonFile(path, JsonWriter::WriteList(pipes));
 }
 
 std::vector<MapPipe> ReadPipes(const std::string& path) {
@@ -154,7 +154,7 @@ std::vector<MapPipe> ReadPipes(const std::string& path) {
 }
 
 void WritePatterns(const std::string& path, const std::vector<MapPattern>& patterns) {
-  WriteJsonFile(path, JsonWriter::ListOf(patterns));
+  WriteJsonFile(path, JsonWriter::WriteList(patterns));
 }
 
 std::vector<MapPattern> ReadPatterns(const std::string& path) {

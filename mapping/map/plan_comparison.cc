@@ -104,8 +104,8 @@ void WritePlanComparison(const std::string& folder, const PlanComparison& compar
                {"agreeing_m", RoundedForJson(comparison.agreeing_m)},
                {"differing_m", RoundedForJson(comparison.differing_m)},
                {"rival_share", RoundedForJson(comparison.rival_share)},
-               {"walls", JsonWriter::ListOf(comparison.walls)},
-               {"openings", JsonWriter::ListOf(comparison.openings)}};
+               {"walls", JsonWriter::WriteList(comparison.walls)},
+               {"openings", JsonWriter::WriteList(comparison.openings)}};
   WriteJsonFile(folder + "/" + kPlanComparisonFiles[0], json);
   WriteFile(folder + "/" + kPlanComparisonFiles[1], DeviationTable(comparison));
 }
@@ -128,9 +128,9 @@ PlanComparison ReadPlanComparison(const std::string& folder) {
     comparison.agreeing_m = BoundedAt(path, json, "agreeing_m", 0.0, kFarthest_m);
     comparison.differing_m = BoundedAt(path, json, "differing_m", 0.0, kFarthest_m);
     comparison.rival_share = BoundedAt(path, json, "rival_share", 0.0, kFarthest_m);
-    comparison.walls = JsonReader::ListIn<WallDeviation>(path + ": walls", json.at("walls"));
+    comparison.walls = JsonReader::ReadList<WallDeviation>(path + ": walls", json.at("walls"));
     comparison.openings =
-        JsonReader::ListIn<OpeningDeviation>(path + ": openings", json.at("openings"));
+        JsonReader::ReadList<OpeningDeviation>(path + ": openings", json.at("openings"));
     return comparison;
   });
 }

@@ -1,12 +1,11 @@
 // Revisits of a textured room, recognised by the points of its walls.
-#include "mapping/adjustment/point_closures.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "mapping/adjustment/adjustment_problem.h"
+#include "mapping/adjustment/closure.h"
 #include "odometry/geometry/pinhole.h"
 #include "tests/testing/box_room_renderer.h"
 

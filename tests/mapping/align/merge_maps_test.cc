@@ -323,14 +323,14 @@ TEST(MergeMaps, JunctionsAreMadeAnew) {
 TEST(UniteSurfaces, TheSidesOfAThinWallStayTwo) {
   const DensePoint front{{0, 0, 1.01}, Vector3d::UnitZ(), 0.005, 100};
   const DensePoint back{{0, 0, 1.04}, -Vector3d::UnitZ(), 0.005, 100};
-  EXPECT_THAT(UniteSurfaces({front, back}, {front, back}, 0.005, 0.05), SizeIs(2));
+  EXPECT_THAT(UniteSurfaces({front, back}, {front, back}, 0.05), SizeIs(2));
 }
 
 // A surface on the border of two voxels, a little off in the second map.
 TEST(UniteSurfaces, OneSurfaceInTwoVoxelsIsOnePoint) {
   const DensePoint below{{0.02, 0.02, 0.999}, Vector3d::UnitZ(), 0.004, 100};
   const DensePoint above{{0.02, 0.02, 1.001}, Vector3d::UnitZ(), 0.006, 100};
-  const std::vector<DensePoint> united = UniteSurfaces({below}, {above}, 0.005, 0.05);
+  const std::vector<DensePoint> united = UniteSurfaces({below}, {above}, 0.05);
   ASSERT_THAT(united, SizeIs(1));
   EXPECT_DOUBLE_EQ(united[0].p_world.z(), 0.999);
 }
@@ -338,9 +338,9 @@ TEST(UniteSurfaces, OneSurfaceInTwoVoxelsIsOnePoint) {
 TEST(UniteSurfaces, PointsOfOneVoxelAreWeightedByWhatIsKnown) {
   const DensePoint good{{0.01, 0.01, 0.01}, Vector3d::UnitZ(), 0.01, 100};
   const DensePoint poor{{0.01, 0.01, 0.04}, Vector3d::UnitZ(), 0.02, 200};
-  const std::vector<DensePoint> united = UniteSurfaces({good}, {poor}, 0.005, 0.05);
+  const std::vector<DensePoint> united = UniteSurfaces({good}, {poor}, 0.05);
   ASSERT_THAT(united, SizeIs(1));
-  EXPECT_NEAR(united[0].p_world.z(), 0.016, 1e-9);
+  EXPECT_NEAR(united[0].p_world.z(), 0.016, 1e-6);
   EXPECT_EQ(united[0].grey, 120);
 }
 
