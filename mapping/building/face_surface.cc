@@ -61,20 +61,16 @@ double NormalDensity(double x, double sigma_m) {
   return std::exp(-0.5 * z * z) / (sigma_m * std::sqrt(2 * M_PI));
 }
 
-// What may stand before a wall: anything up to max_m, and trims, where it has any, all by trim_m.
-struct Protrusion {
-  double max_m = 0;
-  std::optional<double> trim_m;
-};
+// Of trims, where a wall has any, how far all of them stand before it.
+using TrimDepth = std::optional<double>;
 
-Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares,
-                      const Protrusion& proud) {
+Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, TrimDepth trim_m) {
   const double on = shares.on * NormalDensity(distance_m, sigma_m);
   double before =
-      (NormalCdf(distance_m / sigma_m) - NormalCdf((distance_m - proud.max_m) / sigma_m)) /
-      proud.max_m;
-  if (proud.trim_m && *proud.trim_m >= kTrimSigmas * sigma_m) {
-    const double trims = NormalDensity(distance_m - *proud.trim_m, sigma_m);
+      (NormalCdf(distance_m / sigma_m) - NormalCdf((distance_m - kMaxProud_m) / sigma_m)) /
+      kMaxProud_m;
+  if (trim_m && *trim_m >= kTrimSigmas * sigma_m) {
+    const double trims = NormalDensity(distance_m - *trim_m, sigma_m);
     before += shares.trims_of_before * (trims - before);
   }
   const double stray = (1 - shares.on - shares.before) / (2 * kSamplesWithin_m);
@@ -108,11 +104,11 @@ class Histogram {
   }
 
   // The logarithm of the likelihood of each offset that is tried.
-  Offsets LogLikelihoods(const Protrusion& proud) const {
+  Offsets LogLikelihoods(TrimDepth trim_m) const {
     Offsets logs{};
     for (int level = 0; level < kLevels; ++level) {
       if (weights_[level] == Weights{}) continue;
-      const std::array<double, kShifts> densities = LogDensities(level, proud);
+      const std::array<double, kShifts> densities = LogDensities(level, trim_m);
       for (int bin = 0; bin < kBins; ++bin) {
         const double weight = weights_[level][bin];
         if (weight == 0) continue;
@@ -129,12 +125,12 @@ class Histogram {
   using Weights = std::array<double, kBins>;
 
   // Of bins, from the surface that is farthest in front.
-  std::array<double, kShifts> LogDensities(int level, const Protrusion& proud) const {
+  std::array<double, kShifts> LogDensities(int level, TrimDepth trim_m) const {
     const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
     std::array<double, kShifts> densities;
     for (int i = 0; i < kShifts; ++i) {
       const double distance_m = (i + 0.5) * kBin_m - kSamplesWithin_m - OffsetAt(kOffsets - 1);
-      densities[i] = std::log(DensitiesAt(distance_m, sigma_m, shares_, proud).all);
+      densities[i] = std::log(DensitiesAt(distance_m, sigma_m, shares_, trim_m).all);
     }
     return densities;
   }
@@ -145,7 +141,7 @@ class Histogram {
 
 // What stands before a wall, and how likely each offset then is: all in all, and by its points.
 struct Hypothesis {
-  Protrusion proud;
+  TrimDepth trim_m;
   Offsets logs, of_points;
 
   size_t Best() const { return std::max_element(logs.begin(), logs.end()) - logs.begin(); }
@@ -159,8 +155,7 @@ bool LiesAlong(const FaceSample& sample, const Face& face) {
 class Surface {
  public:
   Surface(const std::vector<FaceSample>& samples, double most_m, const Face& face)
-      : max_proud_m_(kMaxProud_m),
-        most_m_(most_m),
+      : most_m_(most_m),
         middle_m_(0.5 * (face.from_m + face.to_m)),
         length_m_(face.Length()),
         heading_sigma_rad_(face.heading_sigma_rad) {
@@ -198,15 +193,13 @@ class Surface {
   // something else: trims are believed in where points show the wall behind them, too.
   void FindOffset() {
     const Histogram points(points_), beside(beside_), lines(lines_);
-    const auto assume = [&](const Protrusion& proud) {
-      return Assume(proud, points, beside, lines);
-    };
-    std::vector<Hypothesis> hypotheses = {assume({max_proud_m_, std::nullopt})};
+    const auto assume = [&](TrimDepth trim_m) { return Assume(trim_m, points, beside, lines); };
+    std::vector<Hypothesis> hypotheses = {assume(std::nullopt)};
     const double points_without = hypotheses[0].of_points[hypotheses[0].Best()];
-    const double steps = (std::min(max_proud_m_, kSamplesWithin_m) - kFirstTrim_m) / kTrimStep_m;
-    const int trims = static_cast<int>(std::floor(steps + 1 + 1e-6));
+    const int trims =
+        1 + static_cast<int>(std::floor((kMaxProud_m - kFirstTrim_m) / kTrimStep_m + 1e-6));
     for (int i = 0; i < trims; ++i) {
-      Hypothesis with = assume({max_proud_m_, kFirstTrim_m + i * kTrimStep_m});
+      Hypothesis with = assume(kFirstTrim_m + i * kTrimStep_m);
       if (with.of_points[with.Best()] < points_without + kTrimEvidence) continue;
       for (double& log : with.logs) log += std::log(kTrimPrior / ((1 - kTrimPrior) * trims));
       hypotheses.push_back(with);
@@ -220,7 +213,7 @@ class Surface {
     for (const Evidence* evidence : {&points_, &beside_, &lines_}) {
       for (const Place& place : evidence->places) {
         const Densities densities =
-            DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, proud_);
+            DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, trim_m_);
         const double w =
             place.weight * densities.on / densities.all / (place.sigma_m * place.sigma_m);
         const double s = place.along_m - middle_m_;
@@ -279,10 +272,10 @@ class Surface {
     return static_cast<double>(counts.size()) * kCell_m * kCell_m;
   }
 
-  Hypothesis Assume(const Protrusion& proud, const Histogram& points, const Histogram& beside,
+  Hypothesis Assume(TrimDepth trim_m, const Histogram& points, const Histogram& beside,
                     const Histogram& lines) const {
-    Hypothesis made{proud, lines.LogLikelihoods(proud), points.LogLikelihoods(proud)};
-    const Offsets of_beside = beside.LogLikelihoods(proud);
+    Hypothesis made{trim_m, lines.LogLikelihoods(trim_m), points.LogLikelihoods(trim_m)};
+    const Offsets of_beside = beside.LogLikelihoods(trim_m);
     for (int i = 0; i < kOffsets; ++i) {
       const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
       made.logs[i] = is_far ? -std::numeric_limits<double>::infinity()
@@ -309,7 +302,7 @@ class Surface {
       if (weight <= likeliest) continue;
       likeliest = weight;
       moved_m = of_one / weight;
-      proud_ = one.proud;
+      trim_m_ = one.trim_m;
     }
     variance_m2_ = std::max(0.0, squares / all - 2 * moved_m * sum / all + moved_m * moved_m);
     Shift(moved_m, 0);
@@ -325,9 +318,9 @@ class Surface {
     }
   }
 
-  const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
+  const double most_m_, middle_m_, length_m_, heading_sigma_rad_;
   Evidence points_{kPointShares, {}}, beside_{kLineShares, {}}, lines_{kLineShares, {}};
-  Protrusion proud_{max_proud_m_, std::nullopt};
+  TrimDepth trim_m_;    // as it is likeliest
   double area_m2_ = 0;  // with points that are beside no line
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/connected_components.hpp>
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -14,8 +14,7 @@
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap::inline mapping {
-
-// Labels that cost least, inside or outside, by a minimum cut.
+namespace {
 
 // What it costs to label a thing by itself.
 struct LabelCosts {
@@ -27,16 +26,6 @@ struct PairCost {
   size_t a = 0, b = 0;
   double cost = 0;
 };
-
-// The labels of least cost in all, true: inside. Costs are not negative. Y. Boykov and
-// V. Kolmogorov, "An experimental comparison of min-cut/max-flow algorithms for energy minimization
-// in vision", PAMI 2004.
-std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
-                                  const std::vector<PairCost>& pairs);
-
-namespace {
-
-constexpr double kBorderCost_m = 0.25;  // of a border without a wall, as area of a cell by length
 
 // A flow network with residual capacities, as Boost asks for it.
 using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
@@ -61,8 +50,9 @@ void Connect(size_t a, size_t b, double forth, double back, Network* network) {
   boost::put(boost::edge_reverse, *network, here, there);
 }
 
-}  // namespace
-
+// The labels of least cost in all, true: inside. Costs are not negative. Y. Boykov and
+// V. Kolmogorov, "An experimental comparison of min-cut/max-flow algorithms for energy minimization
+// in vision", PAMI 2004.
 std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
                                   const std::vector<PairCost>& pairs) {
   const size_t inside = things.size(), outside = inside + 1;
@@ -82,15 +72,14 @@ std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
   return labels;
 }
 
-namespace {
-
 using Eigen::Vector2d;
 
-constexpr double kFrame_m = 0.6;       // beyond what is free
-constexpr double kFreeWeight = 2;      // of free area against area that was not seen
-constexpr double kLeastFree = 0.3;     // of a room
-constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
-constexpr double kNever = 1e9;         // costs more than all else
+constexpr double kBorderCost_m = 0.25;  // of a border without a wall, as area of a cell by length
+constexpr double kFrame_m = 0.6;        // beyond what is free
+constexpr double kFreeWeight = 2;       // of free area against area that was not seen
+constexpr double kLeastFree = 0.3;      // of a room
+constexpr double kLeastWidth_m = 0.4;   // of a room, in the mean; the inside of a wall is none
+constexpr double kNever = 1e9;          // costs more than all else
 constexpr double kStraight_m = 1e-3, kApart_m = 2 * kPlanGrid_m;
 
 struct Cell {
@@ -193,8 +182,7 @@ void FindWallBodies(const std::vector<WallFace>& walls, const std::vector<WallLi
   }
 }
 
-void LabelCells(const std::vector<Border>& borders, double border_cost_m,
-                std::vector<Cell>* cells) {
+void LabelCells(const std::vector<Border>& borders, std::vector<Cell>* cells) {
   std::vector<LabelCosts> costs;
   for (const Cell& cell : *cells) {
     if (cell.is_in_wall) {
@@ -205,7 +193,7 @@ void LabelCells(const std::vector<Border>& borders, double border_cost_m,
   }
   std::vector<PairCost> pairs;
   for (const Border& border : borders) {
-    const double cost = border.part.is_wall ? 0 : border_cost_m * border.length_m;
+    const double cost = border.part.is_wall ? 0 : kBorderCost_m * border.length_m;
     const auto a = static_cast<size_t>(border.cell);
     if (border.other < 0) {
       costs[a].inside += cost;  // beyond the frame is outside
@@ -217,35 +205,30 @@ void LabelCells(const std::vector<Border>& borders, double border_cost_m,
   for (size_t i = 0; i < cells->size(); ++i) (*cells)[i].is_inside = labels[i];
 }
 
-// Sets of cells that grow together.
-class Groups {
- public:
-  explicit Groups(size_t count) : parents_(count) {
-    std::iota(parents_.begin(), parents_.end(), 0);
-  }
-  int Of(int i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  void Join(int a, int b) {
-    const int first = Of(a), second = Of(b);
-    parents_[std::max(first, second)] = std::min(first, second);
-  }
-
- private:
-  std::vector<int> parents_;
-};
-
 bool AreInside(const std::vector<Cell>& cells, const Border& border) {
   return border.other >= 0 && cells[border.cell].is_inside && cells[border.other].is_inside;
 }
 
+// By cell: which of those that open borders connect it is of, numbered by the first cell of each.
+std::vector<int> ConnectedCells(const std::vector<Border>& borders,
+                                const std::vector<Cell>& cells) {
+  boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS> open(cells.size());
+  for (const Border& border : borders) {
+    if (!border.part.parts_rooms && AreInside(cells, border)) {
+      boost::add_edge(border.cell, border.other, open);
+    }
+  }
+  std::vector<int> groups(cells.size());
+  boost::connected_components(open, groups.data());
+  return groups;
+}
+
 double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells, int group,
-                    Groups* groups) {
+                    const std::vector<int>& groups) {
   double covered_m = 0, all_m = 0;
   for (const Border& border : borders) {
     const auto is_in = [&](int cell) {
-      return cell >= 0 && cells[cell].is_inside && groups->Of(cell) == group;
+      return cell >= 0 && cells[cell].is_inside && groups[cell] == group;
     };
     if (is_in(border.cell) == is_in(border.other)) continue;
     all_m += border.length_m;
@@ -267,16 +250,12 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     for (const PlanPoints& hole : cells[i].polygon.holes) finder.Add(static_cast<int>(i), hole);
   }
   const std::vector<Border> borders = finder.Borders();
-  LabelCells(borders, kBorderCost_m, &cells);
+  LabelCells(borders, &cells);
 
-  Groups groups(cells.size());
-  for (const Border& border : borders) {
-    if (AreInside(cells, border) && !border.part.parts_rooms)
-      groups.Join(border.cell, border.other);
-  }
+  const std::vector<int> groups = ConnectedCells(borders, cells);
   std::map<int, std::vector<int>> members;
   for (size_t i = 0; i < cells.size(); ++i) {
-    if (cells[i].is_inside) members[groups.Of(static_cast<int>(i))].push_back(static_cast<int>(i));
+    if (cells[i].is_inside) members[groups[i]].push_back(static_cast<int>(i));
   }
   std::vector<FoundRoom> rooms;
   for (const auto& [group, indices] : members) {
@@ -288,7 +267,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
       free_m2 += cells[i].area_m2 * cells[i].free;
     }
     if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
-    const double bounded = BoundedShare(borders, cells, group, &groups);
+    const double bounded = BoundedShare(borders, cells, group, groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
       polygon.outline = Straightened(polygon.outline, kStraight_m, kApart_m);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "data/core/math.h"
@@ -18,8 +17,8 @@ constexpr double kMinShare = 0.75;     // of them, that is on one
 constexpr double kBlankClear_m = 0.1;  // from what was measured beside the plane
 // What cameras have to see of it.
 constexpr double kMaxRange_m = 8;
-constexpr double kMaxGrazing_deg = 85;
-constexpr double kBehind_m = 0.1;  // where they end behind it
+constexpr double kMinCosine = 0.0872;  // 85 degrees
+constexpr double kBehind_m = 0.1;      // where they end behind it
 
 constexpr double kSigmas = 3;
 
@@ -57,10 +56,7 @@ constexpr double kMargin_px = 2;     // of the image's border
 }  // namespace
 
 PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<VisibilityDepths>& depths)
-    : cameras_(cameras),
-      depths_(depths),
-      max_range_m_(kMaxRange_m),
-      min_cosine_(std::cos(kMaxGrazing_deg * std::numbers::pi / 180)) {
+    : cameras_(cameras), depths_(depths) {
   for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
     centres_.push_back(cameras_.Centre(static_cast<int>(view)));
   }
@@ -80,7 +76,7 @@ bool PlaneWatch::Sees(const Vector3d& p_world, const Vector3d& normal_world) {
 bool PlaneWatch::SeesFrom(int view, const Vector3d& p_world, const Vector3d& normal_world) const {
   const Vector3d way = centres_[view] - p_world;
   const double range_m = way.norm();
-  if (range_m > max_range_m_ || normal_world.dot(way) < min_cosine_ * range_m) return false;
+  if (range_m > kMaxRange_m || normal_world.dot(way) < kMinCosine * range_m) return false;
   const RigidTransform& T_camera_world = cameras_.T_camera_world[view][0];
   const Vector3d p_camera = T_camera_world * p_world;
   if (p_camera.z() < kMinDepth_m) return false;

@@ -37,7 +37,6 @@ class PlaneWatch {
 
   const ViewCameras& cameras_;
   const std::vector<VisibilityDepths>& depths_;
-  const double max_range_m_, min_cosine_;
   std::vector<Eigen::Vector3d> centres_;
   int last_ = 0;
 };
