@@ -1,9 +1,6 @@
 // slcmap merge: maps of one building as one.
-#include "apps/commands/merge.h"
-
 #include <spdlog/spdlog.h>
 
-#include <cmath>
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <utility>
@@ -11,10 +8,10 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/place_stage.h"
+#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
-#include "data/io/csv.h"
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/align/merge_maps.h"
@@ -130,6 +127,17 @@ MapResult MergeAll(const MergeArguments& arguments, const MappingOptions& option
   return merged;
 }
 
+// Of a file, or without one those that the first map was made with.
+MappingOptions OptionsOfMerging(const std::string& config, const std::string& first_map) {
+  if (!config.empty()) return MappingOptions::FromYaml(config);
+  try {
+    return MappingOptions::FromYaml(first_map + "/options.yaml", ConfigOrigin::kKept);
+  } catch (const ConfigError& error) {
+    throw ConfigError(std::string(error.what()) +
+                      "; of a map by another version --config can stand for its options");
+  }
+}
+
 void Merge(const MergeArguments& arguments) {
   RefuseWrongMaps(arguments);
   const MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
@@ -158,7 +166,12 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output, "Map folder to write")
       ->type_name("MAP")
       ->required();
-  CLI::Option* at = AddStartOption(*command, &arguments->at);
+  CLI::Option* at =
+      command
+          ->add_option("--at", arguments->at,
+                       "Rough place of the second map's origin in the first one's world, and its "
+                       "turn about z: looked for within 2 m, 1 m of height and 20 degrees of it")
+          ->type_name("X,Y,Z,YAW_DEG");
   command
       ->add_option("--placed", arguments->placed,
                    "Where maps lie, as batch writes it: not looked for")
@@ -176,56 +189,11 @@ void AddMergeCommand(CLI::App& app) {
       "Examples:\n  slcmap merge MONDAY/map TUESDAY/map -o BUILDING\n"
       "  slcmap merge GROUND/map FIRST/map -o BUILDING --at 12.5,-3,3.1,90\n\n"
       "How maps lie to each other is found by the lines and surfaces that they have in common; of\n"
-      "many, pairs that are likely to overlap are compared, and have to agree. Where several "
-      "places\n"
-      "fit about as well, as in look-alike corridors, or two share too little, they stay apart: "
-      "such\n"
-      "maps are left out, with the reason, and where none is left to merge, the exit code is 1;\n"
-      "--at says about where the second of two lies.");
+      "many, pairs that are likely to overlap are compared, and have to agree. Those that share\n"
+      "nothing lie as their control points say. Where several places fit about as well, as in\n"
+      "look-alike corridors, maps are left out, with the reason, and where none is left to merge,\n"
+      "the exit code is 1; --at says about where the second of two lies.");
   command->callback([arguments] { Merge(*arguments); });
-}
-
-CLI::Option* AddStartOption(CLI::App& command, std::string* at) {
-  return command
-      .add_option("--at", *at,
-                  "Rough place of the second map's origin in the first one's world, and its turn "
-                  "about z: looked for within 2 m, 1 m of height and 20 degrees of it")
-      ->type_name("X,Y,Z,YAW_DEG");
-}
-
-std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
-                                     const std::string& at) {
-  constexpr double kFarthest_m = 1e5, kMostTurn_deg = 360;
-  if (at.empty()) return std::nullopt;
-  std::vector<double> values;
-  for (const std::string& number : SplitAtCommas(at)) {
-    values.push_back(ParseNumber(number).value_or(NAN));
-  }
-  RoughStart start;
-  bool is_good = values.size() == lengths + 1 && std::abs(values.back()) <= kMostTurn_deg;
-  for (size_t i = 0; is_good && i < lengths; ++i) {
-    is_good = std::abs(values[i]) <= kFarthest_m;
-    start.p_world[static_cast<Eigen::Index>(i)] = values[i];
-  }
-  if (!is_good) {
-    throw ConfigError(fmt::format(
-        "{}: found '{}', expected {}: {} numbers, metres of at most {:.0f} and degrees of at most "
-        "{:.0f}",
-        option, at, lengths == 3 ? "X,Y,Z,YAW_DEG" : "X,Y,YAW_DEG", lengths + 1, kFarthest_m,
-        kMostTurn_deg));
-  }
-  start.yaw_rad = values.back() * kDegree;
-  return start;
-}
-
-MappingOptions OptionsOfMerging(const std::string& config, const std::string& first_map) {
-  if (!config.empty()) return MappingOptions::FromYaml(config);
-  try {
-    return MappingOptions::FromYaml(first_map + "/options.yaml", ConfigOrigin::kKept);
-  } catch (const ConfigError& error) {
-    throw ConfigError(std::string(error.what()) +
-                      "; of a map by another version --config can stand for its options");
-  }
 }
 
 }  // namespace slcmap::commands

@@ -9,10 +9,10 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
-#include "apps/commands/merge.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
+#include "data/io/csv.h"
 #include "data/io/output_folder.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/map/map_folder.h"
@@ -71,6 +71,31 @@ CLI::Option* AddPlanOptions(CLI::App& command, PlanArguments* arguments) {
       ->type_name("X,Y,YAW_DEG")
       ->needs(plan);
   return plan;
+}
+
+std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
+                                     const std::string& at) {
+  constexpr double kFarthest_m = 1e5, kMostTurn_deg = 360;
+  if (at.empty()) return std::nullopt;
+  std::vector<double> values;
+  for (const std::string& number : SplitAtCommas(at)) {
+    values.push_back(ParseNumber(number).value_or(NAN));
+  }
+  RoughStart start;
+  bool is_good = values.size() == lengths + 1 && std::abs(values.back()) <= kMostTurn_deg;
+  for (size_t i = 0; is_good && i < lengths; ++i) {
+    is_good = std::abs(values[i]) <= kFarthest_m;
+    start.p_world[static_cast<Eigen::Index>(i)] = values[i];
+  }
+  if (!is_good) {
+    throw ConfigError(fmt::format(
+        "{}: found '{}', expected {}: {} numbers, metres of at most {:.0f} and degrees of at most "
+        "{:.0f}",
+        option, at, lengths == 3 ? "X,Y,Z,YAW_DEG" : "X,Y,YAW_DEG", lengths + 1, kFarthest_m,
+        kMostTurn_deg));
+  }
+  start.yaw_rad = values.back() * kDegree;
+  return start;
 }
 
 PlanStage::PlanStage(const PlanArguments& arguments)

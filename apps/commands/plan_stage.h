@@ -13,6 +13,11 @@
 
 namespace slcmap::inline commands {
 
+// A rough place by the text X,Y,Z,YAW_DEG, or with two lengths X,Y,YAW_DEG; none of "". Throws
+// ConfigError, which names the option.
+std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
+                                     const std::string& at);
+
 struct PlanArguments {
   std::string plan;    // a file or a map folder; "": none
   double pixel_m = 0;  // of an image; 0: not said

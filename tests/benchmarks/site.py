@@ -6,9 +6,8 @@
     tests/benchmarks/site.py measure SITE
 
 PLANS: a folder with floor_2.png, floor_3.png and floor_EG.png, drawings of real floors, 1 cm a pixel.
-Two storeys of A are real floors that look alike about their lifts, joined by control points; those of
-B look alike, and two walks over their stairs join them; C has an office below and a real floor above,
-joined by control points. EuRoC's rig with half its pixels, 10 pairs a second. Needs gdal_translate
+Two storeys of A are real floors that look alike about their lifts; those of B look alike throughout, and
+two walks go over their stairs; C has an office below and a real floor above. All have control points. EuRoC's rig with half its pixels, 10 pairs a second. Needs gdal_translate
 (gdal-bin) and numpy.
 """
 
@@ -25,10 +24,13 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LEFT, BOTTOM, WIDTH, HEIGHT = 13.0, 20.6, 29.4, 12.9  # metres of the floors that are used
-PLACE = {"A": [691604.2, 5334750.6, 515.3], "C": [691711.8, 5334702.4, 514.1]}
+PLACE = {"A": [691604.2, 5334750.6, 515.3], "B": [691660.5, 5334801.7, 514.8],
+         "C": [691711.8, 5334702.4, 514.1]}
 UPPER_M = 3.6  # from floor to floor
 OFFICE = [(1.2, -0.99, 180), (4.4, -0.99, 180), (9.8, -0.99, 180), (11.8, -0.99, 180), (5.4, 0.99, 0),
           (8.0, 0.99, 0), (10.9, 0.99, 0), (13.6, 0.99, 0), (0.01, 0.4, 90)]
+CORRIDOR = [(-7.4, 1.48, 0), (-10.6, 1.48, 0), (-4.5, 1.48, 0), (-10.4, -1.48, 180), (-7.2, -1.48, 180),
+            (-4.5, -1.48, 180), (-12.98, 0.7, 90), (-2.6, 1.48, 0)]
 REAL = {  # walks about the lifts
     "floor_2": [[(18.2, 26.5), (18.6, 23.8), (25.5, 23.6)], [(23.0, 23.5), (31.5, 23.7)],
                 [(29.5, 23.6), (36.6, 23.6), (37.2, 26.0)], [(37.3, 24.2), (37.2, 29.6), (34.0, 30.1)]],
@@ -83,8 +85,8 @@ def densify(walk, step_m):
     return points + [walk[-1]]
 
 
-def tag_objects(tags, first):
-    return [{"kind": "tag", "name": f"tag36h11:{first + i}", "at": [x, y, 1.45 + 0.3 * (i % 2)],
+def tag_objects(tags, first, floor_m=0):
+    return [{"kind": "tag", "name": f"tag36h11:{first + i}", "at": [x, y, floor_m + 1.45 + 0.3 * (i % 2)],
              "yaw_deg": yaw_deg, "size": 0.4} for i, (x, y, yaw_deg) in enumerate(tags)]
 
 
@@ -130,7 +132,9 @@ def list_walks(plans, folder):
         scene = {**scene, "georeference": placed(building, upper)}
         walks += [(f"{building}_{storey}_{i}", building, storey, scene, way, 0.85)
                   for i, way in enumerate(ways)]
-    corridors = {"base": str(ROOT / "config/scenes/identical_storeys.yaml")}
+    corridors = {"base": str(ROOT / "config/scenes/identical_storeys.yaml"),
+                 "objects": tag_objects(CORRIDOR, 400) + tag_objects(CORRIDOR, 450, 3.4),
+                 "georeference": placed("B", False)}
     for storey, z in (("lower", 1.5), ("upper", 4.9)):
         ways = [[(-4.6, -0.6, z), (-11.3, -0.7, z)], [(-11.5, -0.3, z), (-11.2, 0.6, z), (-4.8, 0.6, z)],
                 [(-10.0, 0.4, z), (-3.6, 0.6 if z > 3 else -0.5, z)]]
@@ -210,7 +214,8 @@ def errors_of(poses, runs, folder):
     """Places of a map and where they truly are, by the name of their walk."""
     places = {}
     for run in runs:
-        name = pathlib.Path(run["sequence"]).name
+        sequence = pathlib.Path(run["sequence"])
+        name = (sequence.parent if sequence.name == "mav0" else sequence).name
         shift_s = run["stamps_moved_ns"] / 1e9
         is_own = (poses[:, 0] > run["first_pose_ns"] / 1e9 - 1e-3) & (poses[:, 0] < run["last_pose_ns"] / 1e9 + 1e-3)
         truth = read_poses(folder / "walks" / name / "truth/trajectory.tum")
