@@ -7,7 +7,7 @@
 #include "mapping/external_poses/options.h"
 #include "mapping/lines/options.h"
 #include "mapping/map/options.h"
-#include "mapping/pipes/options.h"
+#include "mapping/pipes/pipes.h"
 #include "mapping/surfaces/options.h"
 #include "mapping/views/options.h"
 

@@ -83,9 +83,9 @@ std::vector<Outline> CollectOutlines(const MapResult& map) {
   return seen;
 }
 
-std::vector<TangentLine> TangentsOf(const PointAndDirection& axis,
-                                    const Eigen::Matrix<double, 3, 2>& across,
-                                    const std::vector<const Outline*>& outlines) {
+std::vector<TangentLine> FindTangents(const PointAndDirection& axis,
+                                      const Eigen::Matrix<double, 3, 2>& across,
+                                      const std::vector<const Outline*>& outlines) {
   std::vector<TangentLine> tangents;
   for (int i = 0; i < std::ssize(outlines); ++i) {
     for (const OutlineSight& sight : outlines[i]->sights) {

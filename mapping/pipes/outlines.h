@@ -52,8 +52,8 @@ struct TangentLine {
 };
 
 // Along the columns of `across`. What runs along the axis in the image is left out.
-std::vector<TangentLine> TangentsOf(const PointAndDirection& axis,
-                                    const Eigen::Matrix<double, 3, 2>& across,
-                                    const std::vector<const Outline*>& outlines);
+std::vector<TangentLine> FindTangents(const PointAndDirection& axis,
+                                      const Eigen::Matrix<double, 3, 2>& across,
+                                      const std::vector<const Outline*>& outlines);
 
 }  // namespace slcmap::mapping

@@ -126,7 +126,7 @@ std::optional<PipeFit> FitPipe(const PointAndDirection& start,
                                const std::vector<const Outline*>& outlines) {
   constexpr double kAnywhere_m = 1;
   const auto across = ComputeAcross(start.direction_world);
-  const std::vector<TangentLine> tangents = TangentsOf(start, across, outlines);
+  const std::vector<TangentLine> tangents = FindTangents(start, across, outlines);
   const BodyFit fit = FitBody(tangents, 3, kAnywhere_m, &DeriveCylinder);
   if (!fit.x.allFinite() || fit.x[2] <= 0) return std::nullopt;
   PipeFit pipe;
@@ -149,7 +149,7 @@ double TouchingShare(const Cylinder& cylinder, const Outline& outline) {
            kMostSigmas * std::hypot(tangent.sigma_m, kPoseSigma_m);
   };
   return static_cast<double>(
-             std::ranges::count_if(TangentsOf(cylinder.axis, across, {&outline}), touches)) /
+             std::ranges::count_if(FindTangents(cylinder.axis, across, {&outline}), touches)) /
          static_cast<double>(outline.sights.size());
 }
 
@@ -261,7 +261,7 @@ double ComputePipeLogRatio(const Cylinder& cylinder, const Interval& interval,
                            const std::vector<const Outline*>& outlines, const IndexedCloud& cloud) {
   const double radius_m = cylinder.radius_m;
   const auto tangents =
-      TangentsOf(cylinder.axis, ComputeAcross(cylinder.axis.direction_world), outlines);
+      FindTangents(cylinder.axis, ComputeAcross(cylinder.axis.direction_world), outlines);
   const SurfacesAbout surfaces = CollectSurfaces(cylinder, interval, WayToViews(tangents), cloud);
   const BodyFit round = FitBody(tangents, 3, radius_m, &DeriveCylinder);
   const BodyFit strip = FitStrip(tangents, radius_m);

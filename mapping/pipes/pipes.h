@@ -5,10 +5,18 @@
 #include <vector>
 
 #include "data/core/progress.h"
+#include "data/io/yaml.h"
 #include "mapping/map/map.h"
-#include "mapping/pipes/options.h"
 
 namespace slcmap::inline mapping {
+
+struct PipeOptions {
+  bool find = true;
+  double min_radius_m = 0.015, max_radius_m = 0.32;
+  double min_length_m = 0.75;
+  void Check() const;  // throws ConfigError
+  void Read(YamlSection section);
+};
 
 struct FoundPipes {
   std::vector<MapPipe> pipes;

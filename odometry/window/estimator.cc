@@ -25,8 +25,6 @@ constexpr double kSparseShare = 0.7;
 constexpr double kSparseInterval_s = 0.25;
 constexpr double kStillParallax_px = 1.0;     // with the rotation: below it the rig does not move
 constexpr double kMaxStillRate_rad_s = 0.05;  // mean, without bias: above it the rig turns
-constexpr double kMaxGyroBias_rad_s = 0.5;
-constexpr double kMaxAccelBias_m_s2 = 2.5;
 constexpr double kMaxImuGap_s = 0.3;  // a longer one starts a new segment
 
 constexpr double kReportEvery_s = 2.0;  // failed attempts at initialisation are reported this often
@@ -44,23 +42,6 @@ Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const 
   const Quaterniond& R_imu_camera = rig.T_imu_camera[camera].rotation;
   return R_imu_camera.conjugate() * now.T_world_imu().rotation.conjugate() *
          last.T_world_imu().rotation * R_imu_camera;
-}
-
-// Why a state cannot be true; empty where it can.
-std::string FindImpossible(const OnlineState& state, const FailureOptions& limits) {
-  const bool finite = state.T_world_imu.translation.allFinite() &&
-                      state.T_world_imu.rotation.coeffs().allFinite() &&
-                      state.velocity_world_m_s.allFinite() && state.gyro_bias_rad_s.allFinite() &&
-                      state.accel_bias_m_s2.allFinite();
-  if (!finite) return "the optimisation diverged";
-  if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
-  if (state.gyro_bias_rad_s.norm() > kMaxGyroBias_rad_s) {
-    return "an impossible gyroscope bias";
-  }
-  if (state.accel_bias_m_s2.norm() > kMaxAccelBias_m_s2) {
-    return "an impossible accelerometer bias";
-  }
-  return {};
 }
 
 }  // namespace

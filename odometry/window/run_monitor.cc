@@ -4,12 +4,30 @@ namespace slcmap::inline odometry {
 namespace {
 
 constexpr int kRowsOfAPoint = 2;
+constexpr double kMaxGyroBias_rad_s = 0.5;
+constexpr double kMaxAccelBias_m_s2 = 2.5;
 
 double Share(int part, int all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
 }
 
 }  // namespace
+
+std::string FindImpossible(const OnlineState& state, const FailureOptions& limits) {
+  const bool finite = state.T_world_imu.translation.allFinite() &&
+                      state.T_world_imu.rotation.coeffs().allFinite() &&
+                      state.velocity_world_m_s.allFinite() && state.gyro_bias_rad_s.allFinite() &&
+                      state.accel_bias_m_s2.allFinite();
+  if (!finite) return "the optimisation diverged";
+  if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
+  if (state.gyro_bias_rad_s.norm() > kMaxGyroBias_rad_s) {
+    return "an impossible gyroscope bias";
+  }
+  if (state.accel_bias_m_s2.norm() > kMaxAccelBias_m_s2) {
+    return "an impossible accelerometer bias";
+  }
+  return {};
+}
 
 void FigureCollector::AddImage(int64_t stamp_ns, const FrameFit& fit) {
   turn_rate_rad_s_.Add(stamp_ns, fit.imu.turn_rate_rad_s);

@@ -12,9 +12,13 @@
 #include <vector>
 
 #include "odometry/run/run.h"
+#include "odometry/window/options.h"
 #include "odometry/window/problem.h"
 
 namespace slcmap::inline odometry {
+
+// Why a state cannot be true; empty where it can.
+std::string FindImpossible(const OnlineState& state, const FailureOptions& limits);
 
 class RunningFigure {
  public:
