@@ -262,7 +262,8 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
 std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& line,
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera) {
-  const SegmentView view = MakeSegmentView(segment, 0, StereoGeometry(), T_world_camera);
+  const StereoGeometry one_camera({RigidTransform()}, 1);
+  const SegmentView view = MakeSegmentView(segment, 0, one_camera, T_world_camera);
   const std::optional<double> start = MeetRay(line, view.centre, view.start);
   const std::optional<double> end = MeetRay(line, view.centre, view.end);
   if (!start || !end) return std::nullopt;
