@@ -278,7 +278,7 @@ class MapPlacer {
       const std::size_t a = placed_[other.first].group, b = placed_[other.second].group;
       const bool is_between = std::minmax(a, b) == std::minmax(first, second);
       if (!is_between || suspects_.contains(&other)) continue;
-      if (IsOnEarth(pair) && against_.contains(&other)) continue;
+      if (IsOnEarth(pair) && !IsOnEarth(other) && against_.contains(&other)) continue;
       const RigidTransform T_of_groups = a == first ? T : T.Inverse();
       if (!other.found) {
         if (!ShouldFit(other, T_of_groups)) continue;
