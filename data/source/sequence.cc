@@ -475,6 +475,8 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
     sequence.opened.others_stamped_later_s.push_back(TimeOffset_s(sequence.rig, camera) -
                                                      TimeOffset_s(calibration.rig, camera));
   }
+  // Runs tell the cameras' times where there are some.
+  if (IsTakenAtOnce(sequence.rig)) sequence.opened.others_stamped_later_s.clear();
   return sequence;
 }
 
