@@ -32,8 +32,8 @@ std::string RowsText(const Json& rows) {
   std::string head, text;
   for (const Json& row : rows) {
     head.clear();
-    // Figures within figures have names of several parts.
-    for (const auto& [name, value] : row.flatten().items()) {
+    const Json flat = row.flatten();  // figures within figures have names of several parts
+    for (const auto& [name, value] : flat.items()) {
       const std::string title = name.substr(1);
       const size_t width = std::max(title.size(), size_t{8}) + 2;
       head += fmt::format("{:>{}}", title, width);
