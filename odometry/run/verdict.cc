@@ -91,8 +91,9 @@ struct JudgedFigure {
 const JudgedFigure kFigures[] = {
     {"points-rejected", &RunFigures::points_rejected, &VerdictOptions::points_rejected, " %", 100,
      "of the points followed far from where the motion has them",
-     "let slcmap check name what is wrong with calibration, stamps or IMU, and correct it; or most "
-     "of what the cameras see moves itself"},
+     "let slcmap check name what is wrong with calibration, stamps or IMU, and correct it; of a "
+     "rolling shutter, let --config set calibration: {readout: true}; or most of what the cameras "
+     "see moves itself"},
     {"observations-rejected", &RunFigures::observations_rejected,
      &VerdictOptions::observations_rejected, " %", 100,
      "of the observations of points do not fit the motion and their place", kCheckRemedy},
