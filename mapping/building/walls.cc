@@ -113,50 +113,20 @@ bool IsPaneIn(const Face& wall, const Face& pane, double floor_m) {
          IsBehind(wall, pane, pane.to_m);
 }
 
-// How much of a wall was measured between two places along it, 0 to 1.
-double CoverBetween(const WallFace& wall, double a_m, double b_m) {
-  const auto [from_m, to_m] = std::minmax(a_m, b_m);
-  double covered_m = 0;
-  for (size_t i = 0; i < wall.shares.size(); ++i) {
-    const double at_m = wall.face.from_m + (static_cast<double>(i) + 0.5) * wall.step_m;
-    if (at_m > from_m && at_m < to_m) covered_m += wall.step_m * wall.shares[i];
-  }
-  return covered_m / std::max(to_m - from_m, wall.step_m);
-}
-
-// Whether two walls go on behind a face to the corner where they meet: depth that is smooth over
-// the corner of blank walls looks as if it were cut off.
-bool IsBeforeCorner(const Face& face, const WallFace& a, const WallFace& b) {
-  const auto corner = Crossing(a.face, b.face);
-  const auto on_a = Crossing(a.face, face), on_b = Crossing(b.face, face);
-  return corner && on_a && on_b && face.DistanceTo(a.face.PointAt(corner->first)) < 0 &&
-         CoverBetween(a, on_a->first, corner->first) >= kSure &&
-         CoverBetween(b, on_b->first, corner->second) >= kSure;
-}
-
-// Whether both ends of a face are at long walls, and not before their corner: furniture hardly goes
-// from wall to wall, and over what does, and is no wall, rays pass.
+// Whether both ends of a face are at long walls: furniture hardly goes from wall to wall, and over
+// what does, and is no wall, rays pass.
 bool GoesFromWallToWall(const std::vector<BuiltFace>& faces, const Face& face) {
   constexpr double kAt_m = 0.15;
-  const auto walls_at = [&](double end_m) {
-    std::vector<const WallFace*> walls;
-    for (const BuiltFace& other : faces) {
-      if (!other.is_wall || !IsLong(other) || other.wall.face.level != face.level) continue;
+  const auto is_at_wall = [&](double end_m) {
+    return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
+      if (!other.is_wall || !IsLong(other) || other.wall.face.level != face.level) return false;
       const auto crossing = Crossing(face, other.wall.face);
-      if (crossing && std::abs(crossing->first - end_m) < kAt_m &&
-          crossing->second > other.wall.face.from_m - kAt_m &&
-          crossing->second < other.wall.face.to_m + kAt_m) {
-        walls.push_back(&other.wall);
-      }
-    }
-    return walls;
+      return crossing && std::abs(crossing->first - end_m) < kAt_m &&
+             crossing->second > other.wall.face.from_m - kAt_m &&
+             crossing->second < other.wall.face.to_m + kAt_m;
+    });
   };
-  const std::vector<const WallFace*> first = walls_at(face.from_m), second = walls_at(face.to_m);
-  const bool cuts_corner = std::ranges::any_of(first, [&](const WallFace* a) {
-    return std::ranges::any_of(second,
-                               [&](const WallFace* b) { return IsBeforeCorner(face, *a, *b); });
-  });
-  return !first.empty() && !second.empty() && !cuts_corner;
+  return is_at_wall(face.from_m) && is_at_wall(face.to_m);
 }
 
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be

@@ -89,30 +89,6 @@ TEST(SelectWalls, WhatIsBehindAShortPieceMayBeTheWall) {
   EXPECT_EQ(AreWalls(faces), (std::vector{false, true}));
 }
 
-// Two walls of 4 m at a corner, of which so much is not covered beside it; and a face across it.
-std::vector<BuiltFace> FaceAcrossACorner(size_t uncovered_steps) {
-  constexpr double kLeg_m = 0.3;
-  BuiltFace first = WallAlongX(), second = WallAlongX(), across = WallAlongX();
-  second.wall.face.normal = Vector2d::UnitX();
-  second.wall.face.from_m = 0;
-  second.wall.face.to_m = 4;
-  std::fill_n(first.wall.shares.rbegin(), uncovered_steps, 0);
-  std::fill_n(second.wall.shares.begin(), uncovered_steps, 0);
-  across.wall.face.normal = Vector2d(1, 1).normalized();
-  across.wall.face.offset_m = kLeg_m * M_SQRT1_2;
-  across.wall.face.from_m = -kLeg_m * M_SQRT1_2;
-  across.wall.face.to_m = kLeg_m * M_SQRT1_2;
-  across.wall.shares.assign(8, 1);
-  first.wall.measured_m = second.wall.measured_m = 3.5;
-  across.wall.measured_m = 0.4;
-  return {first, second, across};
-}
-
-TEST(SelectWalls, WhatIsBeforeACornerThatWasMeasuredIsNoWall) {
-  EXPECT_EQ(AreWalls(FaceAcrossACorner(0)), (std::vector{true, true, false}));
-  EXPECT_EQ(AreWalls(FaceAcrossACorner(6)), (std::vector{true, true, true}));
-}
-
 // A face along x at a height in the plan, seen from above it (+1) or below it (-1).
 WallFace FaceAt(double y_m, double side, double from_x_m, double to_x_m) {
   WallFace wall;
