@@ -172,7 +172,7 @@ class MeasureTest : public ::testing::Test {
     WriteMapFolder(folder_.Path("map"), MapRun(run, nullptr, {}));
     WriteTumTrajectory(folder_.Path("truth.tum"), kWalk);
     sequence_.name = "walk";
-    sequence_.methods = {{"slc", {{folder_.Path("run"), folder_.Path("map"), ""}}, {}, {}}};
+    sequence_.methods = {{"slc", {RunFolders{folder_.Path("run"), folder_.Path("map")}}, {}, {}}};
     sequence_.reference = 0;
   }
 
