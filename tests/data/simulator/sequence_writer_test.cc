@@ -89,7 +89,7 @@ TEST_F(SequenceWriterTest, TheTrueRigIsInKalibrsForm) {
   rig.camera_time_offset_s = 0.015;
   rig.cameras[1].distortion = Distortion::kEquidistant;
   rig.cameras[1].coefficients = {0.003, 0.001, -0.002, 0.0002};
-  SequenceWriter(folder_).WriteTrueRig(rig);
+  SequenceWriter(folder_, 2).WriteTrueRig(rig);
   const std::string path = folder_ + "/truth/rig.yaml";
   Warnings warnings;
   ExpectSameRig(ReadKalibrCalibration(path, path, &warnings).rig, rig);
