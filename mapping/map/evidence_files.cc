@@ -94,10 +94,15 @@ CsvColumns CovarianceColumns() {
   return columns;
 }
 
-CsvColumns SupportColumns() {
+// Of an image: which of a rig's.
+CsvColumn CameraColumn(const Rig& rig) {
+  return IntegerColumn("camera", 0, static_cast<double>(rig.cameras.size()) - 1);
+}
+
+CsvColumns SupportColumns(const Rig& rig) {
   CsvColumns columns = PieceColumns();
   columns.push_back(IntegerColumn("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns));
-  columns.push_back(IntegerColumn("camera", 0, kMaxId));
+  columns.push_back(CameraColumn(rig));
   for (const char* name : {"start_x_px", "start_y_px", "end_x_px", "end_y_px"}) {
     columns.push_back({name, CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel});
   }
@@ -188,10 +193,11 @@ std::vector<LineCovariance> ReadCovariances(const std::string& path, const Piece
   return covariances;
 }
 
-std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pieces,
-                                      const PoseStamps& stamps) {
+std::vector<LineSupport> ReadSupports(const std::string& path, const MapResult& map,
+                                      const Pieces& pieces) {
+  const PoseStamps stamps(map);
   std::vector<LineSupport> supports;
-  CsvTable::ForEach(path, SupportColumns(), [&](const CsvTable& row) {
+  CsvTable::ForEach(path, SupportColumns(map.rectified_rig), [&](const CsvTable& row) {
     const auto [line_id, piece] = pieces.At(row);
     const LineSegment px{{row.Number(0, 4), row.Number(0, 5)},
                          {row.Number(0, 6), row.Number(0, 7)}};
@@ -208,24 +214,24 @@ std::vector<std::string> LineEvidenceFiles() { return {kLineCovarianceFile, kLin
 void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) {
   WriteFile(folder + "/" + kLineCovarianceFile,
             FormatRows(CovarianceColumns(), evidence.covariances));
-  WriteFile(folder + "/" + kLineSupportFile, FormatRows(SupportColumns(), evidence.supports));
+  WriteFile(folder + "/" + kLineSupportFile, FormatRows(SupportColumns(Rig()), evidence.supports));
 }
 
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map) {
   const Pieces pieces(map);
   return {ReadCovariances(folder + "/" + kLineCovarianceFile, pieces),
-          ReadSupports(folder + "/" + kLineSupportFile, pieces, PoseStamps(map))};
+          ReadSupports(folder + "/" + kLineSupportFile, map, pieces)};
 }
 
 namespace {
 
 enum Column { kPoint, kTrack, kStamp, kCamera, kX, kY };
 
-CsvColumns ObservationColumns() {
+CsvColumns ObservationColumns(const Rig& rig) {
   return {IntegerColumn("point", 0, kMaxId),
           IntegerColumn("track", 0, kMaxId),
           IntegerColumn("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns),
-          IntegerColumn("camera", 0, kMaxId),
+          CameraColumn(rig),
           {"x_px", CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel},
           {"y_px", CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel}};
 }
@@ -246,7 +252,7 @@ void CheckTrack(const CsvTable& row, const std::vector<MapPointObservation>& bef
 
 void WritePointObservations(const std::string& path,
                             const std::vector<MapPointObservation>& observations) {
-  std::string text = CsvHeader(ObservationColumns()) + "\n";
+  std::string text = CsvHeader(ObservationColumns(Rig())) + "\n";
   for (const MapPointObservation& seen : observations) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{:.3f},{:.3f}\n", seen.point, seen.track,
                    seen.stamp_ns, seen.camera, seen.px.x(), seen.px.y());
@@ -258,7 +264,7 @@ std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
                                                        const MapResult& map) {
   const PoseStamps stamps(map);
   std::vector<MapPointObservation> observations;
-  CsvTable::ForEach(path, ObservationColumns(), [&](const CsvTable& row) {
+  CsvTable::ForEach(path, ObservationColumns(map.rectified_rig), [&](const CsvTable& row) {
     CheckPoint(row, map.points.size());
     const MapPointObservation seen{row.Integer(0, kPoint),
                                    row.Int(0, kTrack),
