@@ -126,7 +126,7 @@ class PipeFinder {
     candidate->log_ratio =
         kPriorLogRatio +
         ComputePipeLogRatio(candidate->fit.cylinder, whole, Collect(candidate->outlines), cloud_);
-    if (candidate->log_ratio <= 0) return std::nullopt;
+    if (!(candidate->log_ratio > 0)) return std::nullopt;  // also where nothing was measured
     return candidate;
   }
 
