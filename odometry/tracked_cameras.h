@@ -1,3 +1,4 @@
+// What follows the points and lines of all cameras of a rig for the estimator.
 #pragma once
 
 #include <cstdint>

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <filesystem>
 
 #include "data/io/json.h"
@@ -23,6 +24,13 @@ JobState ParseState(const std::string& path, const std::string& name) {
                               fmt::join(kStates, ", ")));
 }
 
+// That it holds what the page of a site shows; Json's own error where not.
+void CheckChange(const Json& change) {
+  for (const char* key : {"what", "after", "by", "world_of"}) change.at(key).get<std::string>();
+  for (const char* key : {"middle_m", "size_m"}) change.at(key).get<std::array<double, 3>>();
+  change.at("is_new").get<bool>();
+}
+
 JobResult ParseResult(const std::string& path, const Json& json) {
   CheckFormat(path, json, kFormat, kVersionOfFormat, kVersionOfFormat);
   JobResult result;
@@ -39,6 +47,7 @@ JobResult ParseResult(const std::string& path, const Json& json) {
     result.apart.push_back({pair.at("first"), pair.at("second"), pair.at("reason")});
   }
   result.changes = json.value("changes", Json::array());
+  for (const Json& change : result.changes) CheckChange(change);
   return result;
 }
 

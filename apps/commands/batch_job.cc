@@ -186,6 +186,8 @@ JobResult MapRecording(const SiteJob& job) {
   JobMap map = {job.job.name + "/map", {RecordingName(job.job)}};
   JobResult unplaced;  // one walk need not see the points of all
   map.path = PutOnControl(job, map, "placed", &unplaced);
+  if (!unplaced.reason.empty())
+    spdlog::info("{}: not on control points: {}", job.job.name, unplaced.reason);
   result.maps = {map};
   return result;
 }
@@ -225,14 +227,15 @@ JobResult PlaceRecordings(const SiteJob& job) {
   }
   for (const DatedChange& dated : placed.changes) {
     const MapChange& change = dated.change;
-    result.changes.push_back({{"what", change.is_wall ? "wall" : "thing"},
-                       {"is_new", change.is_new},
-                       {"after", dated.after},
-                       {"by", dated.by},
-                       {"world_of", folders[dated.group].name},
-                       {"middle_m", PointJson(0.5 * (change.least_world + change.most_world))},
-                       {"size_m", PointJson(change.most_world - change.least_world)},
-                       {"area_m2", RoundedForJson(change.area_m2)}});
+    result.changes.push_back(
+        {{"what", change.is_wall ? "wall" : "thing"},
+         {"is_new", change.is_new},
+         {"after", dated.after},
+         {"by", dated.by},
+         {"world_of", folders[dated.group].name},
+         {"middle_m", PointJson(0.5 * (change.least_world + change.most_world))},
+         {"size_m", PointJson(change.most_world - change.least_world)},
+         {"area_m2", RoundedForJson(change.area_m2)}});
   }
   return result;
 }

@@ -112,7 +112,9 @@ void AddCalibrationCommand(CLI::App& app) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("I,J");
-  command->add_option("--topics", arguments->topics, "Of a bag, which topics are the rig's")
+  command
+      ->add_option("--topics", arguments->topics,
+                   "Of a bag, which topics are the rig's; other= for each further camera")
       ->type_name("left=A,right=B,imu=C");
   command->footer(
       "Examples:\n  slcmap calibration left.yaml right.yaml imu_pose.yaml -o rig.yaml\n"

@@ -262,8 +262,8 @@ void AddConvertCommand(CLI::App& app) {
                     "Images that are PNG or JPEG files go into bags as they are");
   command
       ->add_option("--topics", arguments->opened.topics,
-                   "Which topics are the rig's, any of them; imu= for gyro= and accel= in one "
-                   "(default: by types and names)")
+                   "Which topics are the rig's, any of them; other= for each further camera; imu= "
+                   "for gyro= and accel= in one (default: by types and names)")
       ->type_name("left=A,right=B,imu=C");
   command->add_option("--from", arguments->part.from_s,
                       "Start so many seconds after the first image");

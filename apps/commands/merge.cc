@@ -33,6 +33,9 @@ void RefuseWrongMaps(const MergeArguments& arguments) {
   if (arguments.maps.size() < 2) {
     throw ConfigError("merge: found one map, expected two or more");
   }
+  if (!arguments.at.empty() && !arguments.placed.empty()) {
+    throw ConfigError("--at: found it beside --placed, expected one of them");
+  }
   if (!arguments.at.empty() && arguments.maps.size() > 2) {
     throw ConfigError(
         "--at: found it beside more than two maps, expected two; merge the others one by one");
@@ -166,16 +169,14 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output, "Map folder to write")
       ->type_name("MAP")
       ->required();
-  CLI::Option* at =
-      command
-          ->add_option("--at", arguments->at,
-                       "Rough place of the second map's origin in the first one's world, and its "
-                       "turn about z: looked for within 2 m, 1 m of height and 20 degrees of it")
-          ->type_name("X,Y,Z,YAW_DEG");
+  command
+      ->add_option("--at", arguments->at,
+                   "Rough place of the second map's origin in the first one's world, and its "
+                   "turn about z: looked for within 2 m, 1 m of height and 20 degrees of it")
+      ->type_name("X,Y,Z,YAW_DEG");
   command
       ->add_option("--placed", arguments->placed,
                    "Where maps lie, as batch writes it: not looked for")
-      ->excludes(at)
       ->group("");
   command->add_option("--config", arguments->config,
                       "YAML file whose section `mapping` overrides options (default: as the first "

@@ -318,9 +318,9 @@ void LogCalibration(const OdometryRun& run) {
       turn(e.right_rotation_rad, e.right_rotation_sigma_rad),
       number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"),
       pixels(e.right_centre_px, e.right_centre_sigma_px));
-  if (!IsTakenAtOnce(run.rectified_rig)) {
-    spdlog::info("rows are exposed within {:.2f} ms, left, and {:.2f} ms, right",
-                 1e3 * run.rectified_rig.readout_s[0], 1e3 * run.rectified_rig.readout_s[1]);
+  if (run.rectified_rig.readout_s[0] != 0) {
+    spdlog::info("rows of the first camera are exposed within {:.2f} ms",
+                 1e3 * run.rectified_rig.readout_s[0]);
   }
   const auto imu = [&e](int first, int count, double scale, const char* unit) {
     const Eigen::VectorXd sigmas = scale * e.imu_errors_sigma.segment(first, count);

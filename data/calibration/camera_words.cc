@@ -317,7 +317,15 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
     chosen.insert(chosen.end(), best.begin(), best.end());
     std::erase_if(left, [&](size_t i) { return std::ranges::count(best, i) > 0; });
   }
-  chosen.insert(chosen.end(), left.begin(), left.end());
+  // One that looks as the lone one before it does, and is of no use beside it, as depth beside
+  // colour, would be taken for its right camera.
+  const size_t in_pairs = chosen.size();
+  for (const size_t i : left) {
+    const bool is_no_pair = chain.size() > 2 && chosen.size() > in_pairs &&
+                            !LookApart(chain[chosen.back()].T_imu_camera, chain[i].T_imu_camera) &&
+                            !StandBehind(chain[chosen.back()].T_imu_camera, chain[i].T_imu_camera);
+    if (!is_no_pair) chosen.push_back(i);
+  }
   return chosen;
 }
 

@@ -36,7 +36,7 @@ std::string ListTopics(const Bag& bag) {
 
 constexpr const char* kSayTopics =
     "say which topics are the rig's: --topics left=/a,right=/b,imu=/c, without right= for one "
-    "camera, gyro=/d,accel=/e for two topics of an IMU";
+    "camera, other=/f for each further one, gyro=/d,accel=/e for two topics of an IMU";
 
 [[noreturn]] void FailChoice(const Bag& bag, const std::string& what,
                              const std::string& remedy = kSayTopics) {
@@ -313,6 +313,15 @@ RecordingTopics ParseTopics(const std::string& text) {
   }
   if (topics.left.empty() && !topics.right.empty()) {
     throw ConfigError("--topics: found right= without left=, expected both, or left= alone");
+  }
+  if (!topics.others.empty() && topics.right.empty()) {
+    throw ConfigError("--topics: found other= without left= and right=, expected a pair first");
+  }
+  for (const std::string& other : topics.others) {
+    if (other == topics.left || other == topics.right ||
+        std::ranges::count(topics.others, other) > 1) {
+      throw ConfigError("--topics: found " + other + " twice, expected a topic for each camera");
+    }
   }
   if (topics.gyro.empty() != topics.accel.empty()) {
     throw ConfigError("--topics: found one of gyro= and accel=, expected both, or imu=");

@@ -213,8 +213,9 @@ void Resize(const cv::Size& size_px, Camera* camera) {
 Rig ReadKnownRig(const SimulationOptions& options) {
   Rig rig = ReadSimulatedRig(options.rig);
   if (options.profile == nullptr) return rig;
-  if (!HasTwoCameras(rig)) {
-    throw ConfigError("--as: found the rig " + options.rig + " of one camera, expected one of two");
+  if (CameraCount(rig) != 2) {
+    throw ConfigError(fmt::format("--as: found the rig {} of {} cameras, expected one of two",
+                                  options.rig, CameraCount(rig)));
   }
   const RigProfile& profile = *options.profile;
   if (!profile.resolutions_px.empty()) {

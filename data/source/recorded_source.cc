@@ -202,7 +202,7 @@ std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptio
       opened.cameras, std::views::iota(0, static_cast<int>(opened.cameras.size())));
   if (has_calibration && is_named_alike) {
     opened.calibration = calibration;
-    opened.cameras.clear();
+    if (opened.cameras.size() <= 2) opened.cameras.clear();  // more would be put in another order
   } else if (!fs::exists(SplitCalibrationPaths(opened.calibration).front(), error)) {
     opened.calibration.clear();
   }

@@ -73,8 +73,8 @@ class OccupancyMap {
   // free. Returns the number of rays that were left out, as they leave the octree, which reaches
   // 32767 voxels from the origin of the world. Once progress says so, later bundles are left out,
   // and what takes long to finish, to write and to free is not kept: a tree of more than a million
-  // nodes is left empty. Throws ConfigError, naming a resolution that would do, where the tree grows
-  // beyond max_voxels.
+  // nodes is left empty. Throws ConfigError, naming a resolution that would do, where the tree
+  // grows beyond max_voxels.
   int64_t Insert(const std::vector<RayBundle>& bundles, double max_range_m,
                  const Progress& progress = {}, std::size_t max_voxels = SIZE_MAX);
 

@@ -227,6 +227,9 @@ Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstim
   rig.imu_correction = {found.accel * given.imu_correction.accel,
                         found.gyro * given.imu_correction.gyro};
   rig.camera_time_offset_s += estimate.time_offset_s;
+  for (size_t i = 0; i < std::min(rig.readout_s.size(), rectified.readout_s.size()); ++i) {
+    if (rectified.readout_s[i] != 0) rig.readout_s[i] = rectified.readout_s[i];  // as found
+  }
   if (IsStereo(given)) {
     // The raw right camera turns with the rectified one.
     const Eigen::Quaterniond& R_imu_rectified = rectified.T_imu_camera[1].rotation;

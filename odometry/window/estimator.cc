@@ -25,7 +25,7 @@ constexpr double kSparseShare = 0.7;
 constexpr double kSparseInterval_s = 0.25;
 constexpr double kStillParallax_px = 1.0;     // with the rotation: below it the rig does not move
 constexpr double kMaxStillRate_rad_s = 0.05;  // mean, without bias: above it the rig turns
-constexpr double kMaxImuGap_s = 0.3;  // a longer one starts a new segment
+constexpr double kMaxImuGap_s = 0.3;          // a longer one starts a new segment
 
 constexpr double kReportEvery_s = 2.0;  // failed attempts at initialisation are reported this often
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still

@@ -33,7 +33,8 @@ TEST(EvaluateCommand, PrintsTheTableAndWritesJson) {
       RunSlcmap("evaluate --truth " + folder.Path("map/trajectory.tum") + " --estimate " +
                 folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json"));
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("posyaw"), HasSubstr("truth_length_m             5\n")));
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr("posyaw"), HasSubstr("truth_length_m             5\n")));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
   EXPECT_EQ(json["coverage"]["overall"], 1.0);
   // The drift of 2 cm a second, of which the yaw takes the most.
@@ -60,8 +61,7 @@ TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
   const std::string command = "evaluate --truth " + folder.Write("truth.tum", truth) +
                               " --estimate " + run + "/trajectory.tum --lines " + run +
                               "/lines.ply --true-edges " + folder.Write("edges.csv", edges);
-  const ProcessResult result =
-      RunSlcmap(command + " --json " + folder.Path("metrics.json"));
+  const ProcessResult result = RunSlcmap(command + " --json " + folder.Path("metrics.json"));
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_THAT(result.output, HasSubstr("24 lines of 53.20 m"));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-
 #include "odometry/run/run_folder.h"
 #include "tests/integration/made_map.h"
 #include "tests/testing/edge_walk.h"

@@ -20,8 +20,8 @@ namespace slcmap {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::BagCase;
 using ::testing::AllOf;
+using testing::BagCase;
 using ::testing::HasSubstr;
 using testing::ImageStamp;
 using testing::MessageOf;
