@@ -137,6 +137,10 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
         fmt::format("Rig: found {} cameras and {} T_imu_camera, expected one or more, and as many",
                     cameras.size(), T_imu_camera.size()));
   }
+  if (!readout_s.empty() && readout_s.size() != cameras.size()) {
+    throw ConfigError(fmt::format("Rig: found {} values of readout_s, expected one a camera: {}",
+                                  readout_s.size(), cameras.size()));
+  }
   Rig rig;
   rig.Resize(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
@@ -147,8 +151,7 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
   rig.camera_time_offset_s = camera_time_offset_s;
   rig.imu_noise = MakeNoise(imu_noise);
   rig.right_time_offset_s = right_time_offset_s;
-  std::copy_n(readout_s.begin(), std::min(readout_s.size(), rig.readout_s.size()),
-              rig.readout_s.begin());
+  std::ranges::copy(readout_s, rig.readout_s.begin());
   CheckRig(rig, "Rig");
   return rig;
 }
