@@ -176,7 +176,8 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
                           "passages_free", "behind_called_free"}) {
     EXPECT_EQ(json["occupancy"].at(key).dump(), "null") << key;
   }
-  EXPECT_NE(FiguresText(json).find("rms_m -"), std::string::npos) << FiguresText(json);
+  EXPECT_NE(FiguresText(json).find("cloud rms_m" + std::string(16, ' ') + "-"), std::string::npos)
+      << FiguresText(json);
 }
 
 // A bumpy floor of many triangles, about z = 0.

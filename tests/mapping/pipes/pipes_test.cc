@@ -171,15 +171,16 @@ TEST(Pipes, GoOnAsFarAsLinesOnTheirSurfaceDo) {
   const Vector2d left = 0.06 * Way(-0.7 + std::acos(0.03));
   const Vector2d right = 0.06 * Way(-0.7 - std::acos(0.03));
   const int64_t further = add(left, 0.8, 2.5), next = add(right, 2.7, 4);
-  add(right, 5.8, 7);           // beyond a gap
-  add(0.12 * Way(0.3), 0, 3);   // beside it
-  add(0.06 * Way(-0.7), 2, 5);  // on it, but no outline: seen in front of its axis
+  add(right, 5.8, 7);          // beyond a gap
+  add(0.12 * Way(0.3), 0, 3);  // beside it
+  // On it, but no outline, since it is seen in front of the axis: a seam, which makes it no longer.
+  const int64_t seam = add(0.06 * Way(-0.7), 2, 5);
   const FoundPipes found = FindPipes(scene.map(), {});
   ASSERT_EQ(found.pipes.size(), 1u);
   const MapPipe& pipe = found.pipes[0];
   EXPECT_NEAR(std::max(pipe.start_world.z(), pipe.end_world.z()), 4, 0.01);
   EXPECT_NEAR(std::min(pipe.start_world.z(), pipe.end_world.z()), -kHalf_m, 0.01);
-  EXPECT_EQ(found.line_ids, (std::vector<int64_t>{0, 1, further, next}));
+  EXPECT_EQ(found.line_ids, (std::vector<int64_t>{0, 1, further, next, seam}));
   PipeOptions options;
   options.min_length_m = 6;  // longer than its own outlines
   EXPECT_TRUE(FindPipes(scene.map(), options).pipes.empty());
