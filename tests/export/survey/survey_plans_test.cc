@@ -65,7 +65,7 @@ TEST_F(SurveyPlanTest, GdalReadsAllLayersOfAGeoPackage) {
     return testing::OutputOf("ogrinfo -q '" + path + "' -sql \"" + query + "\"");
   };
   EXPECT_THAT(asked("SELECT HasSpatialIndex('walls', 'geom') AS has"),
-              HasSubstr("has (Integer) = 1"));
+              HasSubstr("HasSpatialIndex (Integer) = 1"));
   EXPECT_THAT(asked("SELECT max(maxx) AS far FROM rtree_rooms_geom WHERE minx < 1"),
               HasSubstr("far (Real) = 8"));
 }
