@@ -261,8 +261,10 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
   };
   PlacedFolders placed;
   placed.placement = PlaceMaps(maps, align, progress);
-  spdlog::info("places: {} of {} pairs of {} maps agree, to {:.1f} mm", placed.placement.used,
-               placed.placement.tried, maps.size(), 1e3 * placed.placement.closing_m);
+  if (maps.size() > 2 || placed.placement.used > 0) {
+    spdlog::info("places: {} of {} pairs of {} maps agree, to {:.1f} mm", placed.placement.used,
+                 placed.placement.tried, maps.size(), 1e3 * placed.placement.closing_m);
+  }
   placed.changes = CollectChanges(folders, maps, placed.placement, &held);
   return placed;
 }

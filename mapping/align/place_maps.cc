@@ -87,6 +87,7 @@ class MapPlacer {
     pairs_.back().first = first;
     pairs_.back().second = second;
     const AlignedPair& pair = pairs_.back();
+    if (!pair.found && maps_.size() == 2) return;  // what refuses the two says why
     spdlog::info("{} and {}: {}", maps_[first].name, maps_[second].name,
                  pair.found ? fmt::format("{:.0f} m2 and {:.0f} m agree", pair.found->surfaces_m2,
                                           pair.found->lines_m)
