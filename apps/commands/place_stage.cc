@@ -244,6 +244,12 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
   }
   HeldMaps held(folders, accept_changed);
   KeptPairs pairs(kept);
+  // While a pair is looked at, what was last told is told again, to ask whether to go on.
+  double told = 0;
+  const Progress of_pairs([&](double done) { return progress.Report(told = done); });
+  const Progress of_pair([&](double done) {
+    return progress.Report(maps.size() > 2 ? told : std::max(told, done));
+  });
   const auto align = [&](std::size_t first, std::size_t second) {
     AlignedPair pair;
     for (const std::size_t map : {first, second}) pair.reason += twice[map];
@@ -252,7 +258,7 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
     if (const auto known = pairs.Find(key)) return *known;
     try {
       const ComparableMap& ours = held.Get(first);
-      pair = AlignTwo(ours.Get(), held.Get(second).Get());
+      pair = AlignTwo(ours.Get(), held.Get(second).Get(), of_pair);
     } catch (const DataError& error) {  // of a map that cannot be merged at all
       pair.reason = error.what();
     }
@@ -260,7 +266,7 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
     return pair;
   };
   PlacedFolders placed;
-  placed.placement = PlaceMaps(maps, align, progress);
+  placed.placement = PlaceMaps(maps, align, of_pairs);
   if (maps.size() > 2 || placed.placement.used > 0) {
     spdlog::info("places: {} of {} pairs of {} maps agree, to {:.1f} mm", placed.placement.used,
                  placed.placement.tried, maps.size(), 1e3 * placed.placement.closing_m);

@@ -496,10 +496,11 @@ class MapPlacer {
 
 }  // namespace
 
-AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second) {
+AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
+                     const Progress& progress) {
   AlignedPair pair;
   try {
-    pair.found = AlignMaps(first, second, AlignmentOptions());
+    pair.found = AlignMaps(first, second, AlignmentOptions(), progress);
   } catch (const AlignmentError& error) {
     pair.reason = error.what();
     pair.places = error.places();

@@ -32,7 +32,8 @@ struct AlignedPair {
 using AlignPair = std::function<AlignedPair(std::size_t first, std::size_t second)>;
 
 // As AlignMaps, with what it throws of two maps as the reason.
-AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second);
+AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
+                     const Progress& progress = {});
 
 struct PlacedMap {
   std::size_t group = 0;       // the lowest number of the maps that it lies together with
