@@ -247,9 +247,8 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
   // While a pair is looked at, what was last told is told again, to ask whether to go on.
   double told = 0;
   const Progress of_pairs([&](double done) { return progress.Report(told = done); });
-  const Progress of_pair([&](double done) {
-    return progress.Report(maps.size() > 2 ? told : std::max(told, done));
-  });
+  const Progress of_pair(
+      [&](double done) { return progress.Report(maps.size() > 2 ? told : std::max(told, done)); });
   const auto align = [&](std::size_t first, std::size_t second) {
     AlignedPair pair;
     for (const std::size_t map : {first, second}) pair.reason += twice[map];
