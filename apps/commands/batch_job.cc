@@ -257,7 +257,7 @@ std::vector<std::vector<JobMap>> GroupMaps(const SiteJob& job, const std::vector
   std::vector<std::vector<JobMap>> groups;
   std::map<std::size_t, std::size_t> by_number;
   for (const JobMap& map : maps) {
-    const std::size_t number = FindPlaceOfFolder(placement, job.InSite(map.path)).group;
+    const std::size_t number = FindPlaceOfName(placement, map.recordings.front()).group;
     const auto [group, is_new] = by_number.emplace(number, groups.size());
     if (is_new) groups.emplace_back();
     groups[group->second].push_back(map);

@@ -230,6 +230,17 @@ std::vector<DatedChange> CollectChanges(const std::vector<MapFolder>& folders,
   return changes;
 }
 
+FolderPlace FindPlace(const std::string& placement, const char* key, const std::string& value) {
+  return ParseJsonFile(placement, [&](const Json& json) {
+    CheckFormat(placement, json, kPlacementFormat, kPlacementVersion, kPlacementVersion);
+    for (const Json& entry : json.at("placed")) {
+      if (entry.at(key) != value) continue;
+      return FolderPlace{entry.at("group"), ParseTransform(placement, entry), entry.at("date")};
+    }
+    throw DataError(fmt::format("{}: found no {} {}, expected its place", placement, key, value));
+  });
+}
+
 }  // namespace
 
 PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_changed,
@@ -294,16 +305,12 @@ void WritePlacement(const std::string& path, const std::vector<MapFolder>& folde
   ReplaceFile(path, JsonText(json));
 }
 
+FolderPlace FindPlaceOfName(const std::string& placement, const std::string& name) {
+  return FindPlace(placement, "map", name);
+}
+
 FolderPlace FindPlaceOfFolder(const std::string& placement, const std::string& folder) {
-  return ParseJsonFile(placement, [&](const Json& json) {
-    CheckFormat(placement, json, kPlacementFormat, kPlacementVersion, kPlacementVersion);
-    const std::string run = RunOfMap(folder);
-    for (const Json& entry : json.at("placed")) {
-      if (entry.at("run") != run) continue;
-      return FolderPlace{entry.at("group"), ParseTransform(placement, entry), entry.at("date")};
-    }
-    throw DataError(fmt::format("{}: found no run {}, expected its place", placement, run));
-  });
+  return FindPlace(placement, "run", RunOfMap(folder));
 }
 
 }  // namespace slcmap::commands

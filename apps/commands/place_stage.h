@@ -48,7 +48,9 @@ struct FolderPlace {
   std::string date;
 };
 
-// Of the run that a folder's map begins with. Throws DataError where the file has none.
+// Of the map of a name, or of that which a folder's map begins with. Throws DataError where the
+// file has none. Recordings of one run have names of their own.
+FolderPlace FindPlaceOfName(const std::string& placement, const std::string& name);
 FolderPlace FindPlaceOfFolder(const std::string& placement, const std::string& folder);
 
 }  // namespace slcmap::commands
