@@ -132,7 +132,8 @@ struct BagListing {
 // Lists the messages of the chosen topics as they come.
 class BagReader {
  public:
-  explicit BagReader(BagListing* listing) : listing_(*listing), topics_(listing->topics) {}
+  explicit BagReader(BagListing* listing)
+      : listing_(*listing), topics_(listing->topics), image_topics_(topics_.Images()) {}
 
   void ReadAll() {
     Bag* const bag = listing_.store->bag();
@@ -154,7 +155,7 @@ class BagReader {
 
  private:
   bool IsOfCamera(const BagTopic& topic) const {
-    return IsImageTopic(topic) && std::ranges::count(topics_.Images(), topic.name) > 0;
+    return IsImageTopic(topic) && std::ranges::count(image_topics_, topic.name) > 0;
   }
   bool IsOfImu(const BagTopic& topic) const {
     return IsImuTopic(topic) && (topic.name == topics_.gyro || topic.name == topics_.accel);
@@ -232,8 +233,8 @@ class BagReader {
 
   void AddImage(const BagTopic& topic, int64_t stamp_ns, const std::string& extension,
                 const BagImages::Image& image) {
-    const std::vector<std::string> topics = topics_.Images();
-    const auto camera = static_cast<int>(std::ranges::find(topics, topic.name) - topics.begin());
+    const auto camera =
+        static_cast<int>(std::ranges::find(image_topics_, topic.name) - image_topics_.begin());
     listing_.images[static_cast<size_t>(camera)].push_back(
         {stamp_ns, listing_.store->Add(camera, stamp_ns, extension, image)});
   }
@@ -260,6 +261,7 @@ class BagReader {
 
   BagListing& listing_;
   const RecordingTopics& topics_;
+  const std::vector<std::string> image_topics_;  // by camera
   std::vector<size_t> before_;  // rows of earlier files: images by camera, then the IMU
 };
 
