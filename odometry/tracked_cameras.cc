@@ -72,4 +72,4 @@ std::vector<LinePrediction> TrackedLines::OfGroup(
   return own;
 }
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

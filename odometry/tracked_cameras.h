@@ -165,4 +165,4 @@ class TrackedLines final : public LineSource {
   std::vector<Eigen::Quaterniond> turns_;  // since the groups' last images
 };
 
-}  // namespace slcmap::inline odometry
+}  // namespace slcmap::odometry

@@ -265,7 +265,7 @@ void AddRecording(py::module_& module) {
              py::kw_only(), py::arg("cameras") = std::vector<int>(),
              py::arg("masks") = std::vector<std::string>(), py::arg("pair_tolerance_s") = 0.003,
              py::arg("right_offset_s") = 0.0,
-             "Opens what the program takes as a recording. cameras: which one or two of a rig's; "
+             "Opens what the program takes as a recording. cameras: which of a rig's; "
              "masks: image files of what moves with the rig, white. Throws DataError.");
 }
 

@@ -24,9 +24,8 @@ double ReadReadout(YamlSection& camera);
 // What a camera's section says of its times. Throws InputFault for a readout that cannot be.
 void ReadTimes(YamlSection* section, ChainCamera* camera);
 
-// The times of a rig of the cameras that are used. A
-// camera without a shift has that of the rig: none, or that of the left one. Throws InputFault
-// where shifts are too far apart.
+// The times of a rig of the cameras that are used. A camera without a shift has that of the rig:
+// none, or that of the left one. Throws InputFault where shifts are too far apart.
 void TakeTimes(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings);
 
 }  // namespace slcmap::data

@@ -48,8 +48,9 @@ struct ChainCamera {
 
 // Positions in the chain of the cameras that are used: those of the `wanted` indices; else all, as
 // Rig has them: the two of which the first sees most of what the second one sees, from places that
-// are apart, then the next such pair, and last those that look another way. Throws InputFault for
-// wanted cameras that the chain has not.
+// are apart, then the next such pair, and last those that look another way. One that looks
+// as the lone one before it, and is of no use beside it, is left out. Throws InputFault for wanted
+// cameras that the chain has not.
 std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted);
 

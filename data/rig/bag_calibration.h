@@ -17,7 +17,7 @@ inline constexpr const char* kBaselinesDiffer = "right_cameras_elsewhere_by_tf";
 inline constexpr const char* kCamerasNotCalibrated = "cameras_left_out_without_calibration";
 inline constexpr const char* kImuPoseIsZero = "imu_poses_of_zeros";
 
-// The rig of these topics, or the one or two `cameras` of it, by camera_info (of raw images and
+// The rig of these topics, or those `cameras` of it, by camera_info (of raw images and
 // rectified ones), tf_static and tf, the transforms of RealSense Viewer, and what the rig's profile
 // knows (time offset, noise).
 //

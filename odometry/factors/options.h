@@ -15,7 +15,7 @@ struct CalibrationOptions {
   bool imu_axes = true;        // of the same: off the right angle, and turned against each other
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
-  bool readout = false;        // of rolling shutters; both cameras have the same
+  bool readout = false;        // of rolling shutters; all cameras have the same
   bool right_centre = true;    // principal point of the right camera, against the left one's
   // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
   // was calibrated: its turns about y and z are then tied to the given ones from the start (see
