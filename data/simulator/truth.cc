@@ -136,9 +136,10 @@ std::vector<Polygon> FreeCells(const Scene& scene, double z_m) {
   if (chains.empty()) return {};
   std::vector<Polygon> cells;
   for (const Polygon& cell : ArrangementCells(chains, kGrid_m)) {
+    if (Area(cell) < kLeastRoom_m2) continue;  // most of a plan's thousands of cells
     double solid_m2 = 0;
     for (const Polygon& solid : solids) solid_m2 += IntersectionArea(cell, solid);
-    if (Area(cell) >= kLeastRoom_m2 && solid_m2 < 0.5 * Area(cell)) cells.push_back(cell);
+    if (solid_m2 < 0.5 * Area(cell)) cells.push_back(cell);
   }
   return cells;
 }
