@@ -304,6 +304,47 @@ void ExtendAlongLines(const std::vector<FaceSample>& samples, Face* face) {
   }
 }
 
+// A turn in -pi/4 .. pi/4 that two headings of square worlds differ by.
+double SquareTurn(double angle_rad) {
+  return angle_rad - 0.5 * M_PI * std::round(angle_rad / (0.5 * M_PI));
+}
+
+double ComputeAngle(const Face& face) { return std::atan2(face.normal.y(), face.normal.x()); }
+
+// Metres of a face along which level lines lie on it.
+double MeasureLines(const std::vector<FaceSample>& samples, const Face& face) {
+  std::set<int> steps;
+  for (const FaceSample& sample : samples) {
+    if (sample.direction.isZero() || std::abs(sample.direction.dot(face.normal)) > kLineTurn_rad) {
+      continue;
+    }
+    const Vector2d p = sample.p_world.head<2>();
+    const double along_m = face.MeasureAlong(p);
+    if (along_m < face.from_m || along_m > face.to_m || std::abs(face.DistanceTo(p)) > kNear_m) {
+      continue;
+    }
+    steps.insert(static_cast<int>((along_m - face.from_m) / kBuildingLineSample_m));
+  }
+  return static_cast<double>(steps.size()) * kBuildingLineSample_m;
+}
+
+// Smooth depth rounds off what is blank, at any heading. A straight surface is large, or as large
+// ones are headed, or has edges along it. Sorted by area.
+void RemoveRoundedOff(const std::vector<FaceSample>& samples, std::vector<Face>* faces) {
+  constexpr double kLarge_m2 = 2, kLeastLines = 0.1;  // measured; share of its length
+  constexpr double kSquare_rad = 3 * kDegree;
+  std::vector<double> headings_rad;  // of large ones
+  std::erase_if(*faces, [&](const Face& face) {
+    const double heading_rad = ComputeAngle(face);
+    if (face.area_m2 >= kLarge_m2) headings_rad.push_back(heading_rad);
+    return std::none_of(headings_rad.begin(), headings_rad.end(),
+                        [&](double large_rad) {
+                          return std::abs(SquareTurn(large_rad - heading_rad)) <= kSquare_rad;
+                        }) &&
+           MeasureLines(samples, face) < kLeastLines * face.Length();
+  });
+}
+
 // Strong faces take in the weaker ones that go on along them. Sorted by area.
 std::vector<Face> Continued(const std::vector<Face>& faces, const BuildingOptions& options) {
   std::vector<Face> kept;
@@ -360,19 +401,9 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
     ExtendAlongLines(samples, &face);
     face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, &face));
   });
+  RemoveRoundedOff(samples, &faces);
   return Continued(faces, options);
 }
-
-namespace {
-
-// A turn in -pi/4 .. pi/4 that two headings of square worlds differ by.
-double SquareTurn(double angle_rad) {
-  return angle_rad - 0.5 * M_PI * std::round(angle_rad / (0.5 * M_PI));
-}
-
-double ComputeAngle(const Face& face) { return std::atan2(face.normal.y(), face.normal.x()); }
-
-}  // namespace
 
 void AgreeHeadings(std::vector<Face>* faces) {
   constexpr double kParallel_rad = 0.2 * kDegree;  // as far as builders keep walls parallel

@@ -69,6 +69,27 @@ TEST(Faces, LinesOfABlankWallMakeAFaceOnTheFreeSide) {
   EXPECT_THAT(FindFaces(samples, [](const Vector2d&) { return false; }, {}), IsEmpty());
 }
 
+TEST(Faces, BeforeACornerIsAFaceWhereEdgesRunAlongIt) {
+  // Half a metre across the corner at the origin, as depth of blank walls is rounded off.
+  const Vector2d normal = Vector2d(1, 2).normalized(), along(normal.y(), -normal.x());
+  std::vector<FaceSample> samples = WallOf(4, 0.01, 1, [](double) { return 0.0; }), edges;
+  for (double s = -0.25; s < 0.25; s += 0.03) {
+    const Vector2d p = 0.3 * normal + s * along;
+    for (double z = 0; z < 2.5; z += 0.05) {
+      samples.push_back({{p.x(), p.y(), z}, normal, Vector2d::Zero(), 0.01});
+    }
+    edges.push_back({{p.x(), p.y(), 0}, Vector2d::Zero(), along, 0.005});
+  }
+  const auto across = [&](const std::vector<Face>& faces) {
+    return std::count_if(faces.begin(), faces.end(),
+                         [&](const Face& face) { return face.normal.dot(normal) > 0.99; });
+  };
+  const auto is_free = [&](const Vector2d& p) { return p.dot(normal) > 0.3; };
+  EXPECT_EQ(across(FindFaces(samples, is_free, {})), 0);
+  samples.insert(samples.end(), edges.begin(), edges.end());
+  EXPECT_EQ(across(FindFaces(samples, is_free, {})), 1);
+}
+
 TEST(Faces, ShortFaceGetsTheHeadingOfLongOnes) {
   Face wall;
   wall.heading_sigma_rad = 0.0005;
