@@ -224,6 +224,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     WallCover cover = FindCover(data->grids[k]);
     WallFace& wall = data->faces[k].wall;
     wall.shares = std::move(cover.shares);
+    wall.is_solid = std::move(cover.is_solid);
     wall.measured_m = cover.measured_m;
   }
   SelectWalls(level, &data->faces);
@@ -231,9 +232,10 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
-      CoverOpenings(&built);
     }
   }
+  CutAtNiches(&data->faces);
+  for (BuiltFace& built : data->faces) CoverOpenings(&built);
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);
 }
 

@@ -174,6 +174,11 @@ double ComputeShareFree(const ColumnCounts& counts) {
   return 0;
 }
 
+// What is behind it can be seen nowhere.
+bool IsSolid(const ColumnCounts& counts) {
+  return counts.top_support > 0 && counts.passes <= kUnseenPasses * counts.cells;
+}
+
 // Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
 bool IsUnseen(const ColumnCounts& counts) {
   return counts.passes <= kUnseenPasses * counts.cells && counts.top_behind <= counts.top_support;
@@ -236,6 +241,7 @@ WallCover FindCover(const FaceGrid& grid) {
   for (int column = 0; column < grid.columns(); ++column) {
     columns.push_back(CountAround(grid, column));
     shares.push_back(ComputeShareFree(columns.back()));
+    cover.is_solid.push_back(shares.back() > 0 && IsSolid(columns.back()));
   }
   cover.measured_m = grid.cell_m * std::accumulate(shares.begin(), shares.end(), 0.0);
   // Between covered columns, a wall goes on where nobody saw anything else.

@@ -134,6 +134,7 @@ void AddRay(const Face& face, const Eigen::Vector3d& camera, const Eigen::Vector
 // behind a door's leaf or a duct.
 struct WallCover {
   std::vector<double> shares;  // between covered columns also where nobody saw anything
+  std::vector<bool> is_solid;  // measured at the top, and hardly passed anywhere
   double measured_m = 0;       // the covered length, without what nobody saw
 };
 

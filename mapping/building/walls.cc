@@ -93,6 +93,33 @@ void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
   }
 }
 
+// Whether a wall looks the same way as a face, just behind it at a place in the plan, as the wall
+// of a niche does.
+bool IsJustBehind(const Face& face, const Face& wall, const Eigen::Vector2d& place) {
+  constexpr double kOne_m = 0.1;  // nearer, they are one
+  const double behind_m = wall.DistanceTo(place) - face.DistanceTo(place);
+  const double along_m = wall.MeasureAlong(place);
+  return face.level == wall.level && face.normal.dot(wall.normal) >= kAlike && behind_m >= kOne_m &&
+         behind_m <= kBeside_m && along_m >= wall.from_m && along_m <= wall.to_m;
+}
+
+// Takes a wall's shares where it is behind what stands from floor to top, as a window's plane is
+// behind piers: it ends at them.
+void ClearSharesBehind(const WallFace& front, WallFace* back) {
+  constexpr double kLeastPier_m = 0.5;
+  const auto solid = std::count(front.is_solid.begin(), front.is_solid.end(), true);
+  if (front.step_m * static_cast<double>(solid) < kLeastPier_m) return;
+  for (size_t i = 0; i < back->shares.size(); ++i) {
+    const double along_m = back->face.from_m + (static_cast<double>(i) + 0.5) * back->step_m;
+    const Eigen::Vector2d p = back->face.PointAt(along_m);
+    const double at = (front.face.MeasureAlong(p) - front.face.from_m) / front.step_m;
+    if (at < 0 || at >= static_cast<double>(front.is_solid.size())) continue;
+    if (front.is_solid[static_cast<size_t>(at)] && IsJustBehind(front.face, back->face, p)) {
+      back->shares[i] = 0;
+    }
+  }
+}
+
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
 // Whether a place along a face is just behind a wall, between its ends.
@@ -194,6 +221,25 @@ void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& o
   if (overlap_m > 0) wall->thickness_m = thickness_m2 / overlap_m;
 }
 
+// The part of a wall along a stretch of it.
+BuiltFace CutToStretch(BuiltFace built, const Interval& stretch) {
+  WallFace& wall = built.wall;
+  const auto step_at = [&](double along_m) {
+    const double step = std::round((along_m - wall.face.from_m) / wall.step_m);
+    return static_cast<std::ptrdiff_t>(
+        std::clamp(step, 0.0, static_cast<double>(wall.shares.size())));
+  };
+  wall.shares = {wall.shares.begin() + step_at(stretch.from_m),
+                 wall.shares.begin() + step_at(stretch.to_m)};
+  wall.is_solid.clear();
+  wall.face.from_m = stretch.from_m;
+  wall.face.to_m = stretch.to_m;
+  std::erase_if(built.openings, [&](const FaceOpening& opening) {
+    return opening.from_m < stretch.from_m || opening.to_m > stretch.to_m;
+  });
+  return built;
+}
+
 }  // namespace
 
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
@@ -202,6 +248,9 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return (*faces)[a].wall.measured_m > (*faces)[b].wall.measured_m;
   });
+  for (const BuiltFace& front : *faces) {
+    for (BuiltFace& back : *faces) ClearSharesBehind(front.wall, &back.wall);
+  }
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
     for (size_t k = 0; k < i; ++k) ClearSharesBeside((*faces)[order[k]].wall, &built.wall);
@@ -213,6 +262,32 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
     built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
                     IsMeasuredWall(*faces, built, level.floor_m);
   }
+}
+
+void CutAtNiches(std::vector<BuiltFace>* faces) {
+  constexpr double kLeast_m = 0.3;
+  std::vector<BuiltFace> cut;
+  for (const BuiltFace& built : *faces) {
+    const Face& face = built.wall.face;
+    std::vector<Interval> stretches = {{face.from_m, face.to_m}};
+    for (const FaceOpening& opening : built.openings) {  // by where they begin
+      const Eigen::Vector2d middle = face.PointAt(0.5 * (opening.from_m + opening.to_m));
+      if (std::none_of(faces->begin(), faces->end(), [&](const BuiltFace& other) {
+            return other.is_wall && IsJustBehind(face, other.wall.face, middle);
+          })) {
+        continue;
+      }
+      stretches.back().to_m = opening.from_m;
+      stretches.push_back({opening.to_m, face.to_m});
+    }
+    if (stretches.size() == 1) cut.push_back(built);
+    for (const Interval& stretch : stretches) {
+      if (stretches.size() > 1 && stretch.length_m() >= kLeast_m) {
+        cut.push_back(CutToStretch(built, stretch));
+      }
+    }
+  }
+  *faces = std::move(cut);
 }
 
 double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector2d& from,

@@ -27,6 +27,10 @@ struct BuiltFace {
 // across a long one. Sets which faces, all of one storey, are of walls.
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
+// What looks like an opening, but has a wall just behind it, is a niche: the wall ends there, as
+// piers do beside windows. The parts of such a wall take its place, without the niches.
+void CutAtNiches(std::vector<BuiltFace>* faces);
+
 // How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a
 // share of it. Doors and passages let it through; what is seen through a window is outside.
 double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector2d& from,

@@ -127,6 +127,23 @@ TEST(BuildBuilding, DuctsAndLeavesOfDoorsAreNoWalls) {
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
 }
 
+TEST(BuildBuilding, PiersEndAtTheNichesBetweenThem) {
+  const Scene scene = SceneFromText(RoomWith(R"(
+  - {kind: box, at: [0.9, 0.15, 0], size: [0.8, 0.3, 2.7]}
+  - {kind: box, at: [2.5, 0.15, 0], size: [0.8, 0.3, 2.7]}
+  - {kind: box, at: [4.1, 0.15, 0], size: [0.8, 0.3, 2.7]}
+)"));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  int piers = 0;
+  for (const BuildingPlane& plane : MakeWalls(building)) {
+    EXPECT_THAT(plane.openings, IsEmpty());
+    if (plane.normal.y() < 0.99 || std::abs(plane.offset_m - 0.3) > 0.02) continue;
+    ++piers;
+    EXPECT_NEAR((plane.outline_world[1] - plane.outline_world[0]).norm(), 0.8, 0.15);
+  }
+  EXPECT_EQ(piers, 3);
+}
+
 // Two rooms beside each other, with a wall between them that has what is given. The second is
 // walked into, or is where another run was.
 enum class Second { kUnseen, kWalkedInto, kOfAnotherRun };
