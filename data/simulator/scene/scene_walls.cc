@@ -176,12 +176,15 @@ void AddPanes(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
   const double y = -0.6 * spec.thickness;
   const Vector3d a(x1 - kFrameInside_m, y, z0);
   const Vector3d u(x0 - a.x(), 0, 0), v(0, 0, z1 - kFrameInside_m - z0);
-  if (opening.radiance > 0) {
-    builder->AddLamp(a, u, v, static_cast<float>(opening.radiance), spec.daylight);
-  } else if (IsClear(spec, opening)) {
+  if (IsClear(spec, opening)) {
     builder->AddPane(a, u, v);
   } else {
-    builder->AddQuad(a, u, v, spec.glass);
+    if (opening.radiance > 0) {
+      builder->AddLamp(a, u, v, static_cast<float>(opening.radiance), spec.daylight);
+    } else {
+      builder->AddQuad(a, u, v, spec.glass);
+    }
+    builder->AddBorder(a, u, v);  // where it meets its frame
   }
   const int bars = std::max(1, static_cast<int>(std::lround(opening.width / 0.8)) - 1);
   for (int i = 1; i <= bars; ++i) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -230,6 +231,21 @@ TEST(ReadScene, LetsDaylightThroughAWindowIntoTheRoom) {
     panes += scene.materials[quad.material].texture == TextureKind::kLamp;
   }
   EXPECT_EQ(panes, 1);
+}
+
+// Where a pane meets its frame one sees an edge, unless one sees through the pane.
+TEST(ReadScene, HasTheBordersOfPanesAmongItsEdges) {
+  const auto edges_in_pane = [](const std::string& wall, const std::string& pane) {
+    const Scene scene =
+        ReadScene(Written("objects: [{kind: wall, points: [[0, 0], [4, 0]], thickness: 0.2, " +
+                          wall + "windows: [[0, 1, 1, 1, 1" + pane + "]]}]"));
+    return std::ranges::count_if(scene.edges, [](const TrueEdge& edge) {
+      return std::abs(edge.a.y() + 0.12) < 1e-6 && std::abs(edge.b.y() + 0.12) < 1e-6;
+    });
+  };
+  EXPECT_EQ(edges_in_pane("", ", 7"), 4);
+  EXPECT_EQ(edges_in_pane("", ""), 4);
+  EXPECT_EQ(edges_in_pane("clear_glass: true, ", ""), 0);
 }
 
 TEST(MergedEdges, UnitesOnlyWhatOverlaps) {
