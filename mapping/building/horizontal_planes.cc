@@ -23,7 +23,7 @@ constexpr double kStoreySigma_m = 0.03;  // of a room's floor that was not seen:
 constexpr double kLeastShare = 0.05;     // of a room's area, of which a ceiling must be seen
 constexpr double kRimAbove_m = 0.15;     // less than there is to the floor of the storey above
 constexpr double kSureShare = 0.4;       // of which what is seen is no lamp
-constexpr double kLeastRim = 0.3;        // of a room's border, along which lines tell its ceiling
+constexpr double kLeastRim = 0.3;  // of the walls around a room, along which lines tell its ceiling
 
 struct Height {
   double z_m = 0, sigma_m = 0;
@@ -152,7 +152,7 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
       for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
-  const double least_m = kLeastRim * Perimeter(room.polygon.outline);
+  const double least_m = kLeastRim * room.bounded * Perimeter(room.polygon.outline);
   double most_m = 0;
   const std::vector<RimPart>* best = nullptr;
   for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {

@@ -118,13 +118,14 @@ class DarkCeiling : public ::testing::Test {
     input_.lines.push_back(line);
   }
 
-  std::optional<double> Height(double lamps_m) {
+  std::optional<double> Height(double lamps_m, double bounded = 1) {
     for (double x = 0.1; x < lamps_m; x += 0.1) {
       for (double y = 0.1; y < 1.2; y += 0.1) {
         input_.points.push_back({{x, y, 2.44}, {0, 0, -1}, 0.01});
       }
     }
     Room room = SquareRoom();
+    room.bounded = bounded;
     std::vector<BuildingPlane> planes;
     AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, &room, &planes);
     return room.height_m;
@@ -153,6 +154,11 @@ TEST_F(DarkCeiling, OfWhichNothingIsSeenIsThereWhereItsStoreyHasOne) {
 TEST_F(DarkCeiling, ASingleLineTellsLittle) {
   AddLine({0.1, 0.01, 2.5}, {1.9, 0.01, 2.5});
   EXPECT_NEAR(Height(1.2).value(), 2.44, 0.003);
+}
+
+TEST_F(DarkCeiling, AFewWallsTellItWhereNoOtherIsKnown) {
+  AddLine({0.1, 0.01, 2.5}, {1.9, 0.01, 2.5});
+  EXPECT_NEAR(Height(1.2, 0.25).value(), 2.5, 0.003);
 }
 
 TEST_F(DarkCeiling, LinesBesideEachOtherCountOnce) {
