@@ -15,8 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRoomReach_m = 4;   // the same on floors and ceilings of rooms that walls bound,
-constexpr double kMinBounded = 0.6;  // on this share of their border
+constexpr double kRoomReach_m = 4;  // the same on floors and ceilings of rooms
 
 Vector2d FindCell(const PlaneGrid& grid, const Vector3d& p) {
   return {(grid.u.dot(p) - grid.from_u_m) / grid.cell_m,
@@ -104,24 +103,13 @@ PlaneGrid MakeGridAxes(const BuildingPlane& plane, double cell_m) {
   return grid;
 }
 
-// A floor or ceiling may be filled far where walls say how far it goes.
-double ReachOf_m(const BuildingPlane& plane, const Building& building,
-                 const PlaneOptions& options) {
-  if (plane.kind == PlaneKind::kWall) return options.reach_m;
-  const bool is_bounded = std::ranges::all_of(building.rooms, [&](const Room& room) {
-    return room.bounded >= kMinBounded ||
-           std::ranges::find(plane.room_ids, room.id) == plane.room_ids.end();
-  });
-  return is_bounded ? kRoomReach_m : options.reach_m;
-}
-
 }  // namespace
 
 BoundedPlane BoundPlane(const BuildingPlane& plane, const Building& building,
                         const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
   BoundedPlane bounded{MakeGridAxes(plane, options.cell_m), {},      plane.sigma_m,
-                       ReachOf_m(plane, building, options), is_wall, !plane.inferred};
+                       is_wall ? options.reach_m : kRoomReach_m, is_wall, !plane.inferred};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = MakePolygon(plane, building, grid);
   Eigen::AlignedBox2d box;

@@ -19,11 +19,10 @@ double InsideArea(const BoundedPlane& plane) {
 }
 
 // A room of 4 m x 4 m around a pillar.
-Building RoomAroundPillar(double bounded) {
+Building RoomAroundPillar() {
   Building building;
   Room room;
   room.id = 3;
-  room.bounded = bounded;
   room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
   room.polygon.holes = {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}};
   building.rooms = {room};
@@ -42,20 +41,13 @@ Building RoomAroundPillar(double bounded) {
 }
 
 TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
-  const std::vector<BoundedPlane> planes = BoundedPlanes(RoomAroundPillar(0.9), {});
+  const std::vector<BoundedPlane> planes = BoundedPlanes(RoomAroundPillar(), {});
   ASSERT_EQ(planes.size(), 2);
   for (const BoundedPlane& plane : planes) {
     EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
     EXPECT_EQ(plane.reach_m, 4);
   }
   EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
-}
-
-// Where no walls say how far it goes, a floor is not filled far.
-TEST(BoundedPlanes, ReachFarInRoomsThatWallsBound) {
-  for (const BoundedPlane& plane : BoundedPlanes(RoomAroundPillar(0.4), {})) {
-    EXPECT_EQ(plane.reach_m, PlaneOptions{}.reach_m);
-  }
 }
 
 TEST(BoundedPlanes, AreNotMadeOfFurniture) {
