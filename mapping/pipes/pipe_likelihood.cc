@@ -235,12 +235,38 @@ double CompareSurface(const std::vector<SurfacePlace>& points, double radius_m,
   return sum * std::min(1.0, kPointsThatCount / std::max(1.0, static_cast<double>(points.size())));
 }
 
+// The plane that lies nearest to all of the points.
+Eigen::Hyperplane<double, 2> FitPlane(const std::vector<SurfacePlace>& points) {
+  Vector2d sum = Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const SurfacePlace& point : points) {
+    sum += point.place;
+    squares += point.place * point.place.transpose();
+  }
+  const Vector2d mean = sum / static_cast<double>(points.size());
+  const Eigen::Matrix2d spread = squares - sum * mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
+  return {solver.eigenvectors().col(0), mean};
+}
+
+// A strip is on the plane that the cloud has there, as far as images let its edges be: they know
+// the depth of each less well than its direction, and than the cloud does.
 double CompareStrip(const BodyFit& strip, const SurfacesAbout& surfaces, double radius_m) {
-  const Vector2d a = strip.x.head<2>(), way = strip.x.tail<2>() - a;
-  const Vector2d normal = Vector2d(-way.y(), way.x()).normalized();
-  const auto off_m = [&](const Vector2d& place) { return normal.dot(place - a); };
+  constexpr double kLeastSigma_m = 0.01;  // of an edge from a cloud
+  std::vector<SurfacePlace> all = surfaces.between;
+  all.insert(all.end(), surfaces.beside.begin(), surfaces.beside.end());
+  if (all.empty()) return 0;
+  const auto plane = FitPlane(all);
+  const auto off_m = [&](const Vector2d& place) { return plane.signedDistance(place); };
+  const MatrixXd covariance = strip.information.inverse();
+  double squared_sigmas = 0;
+  for (const int edge : {0, 2}) {
+    const double variance = plane.normal().dot(covariance.block<2, 2>(edge, edge) * plane.normal());
+    squared_sigmas +=
+        std::pow(off_m(strip.x.segment<2>(edge)), 2) / (variance + kLeastSigma_m * kLeastSigma_m);
+  }
   return CompareSurface(surfaces.between, radius_m, off_m) +
-         CompareSurface(surfaces.beside, radius_m, off_m);
+         CompareSurface(surfaces.beside, radius_m, off_m) - 0.5 * squared_sigmas;
 }
 
 // The best bar of any turn, which bulges from the cloud as a pipe does: only outlines tell them.

@@ -5,6 +5,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "mapping/map/point_index.h"
+#include "mapping/pipes/outlines.h"
+#include "mapping/pipes/pipe_likelihood.h"
 #include "tests/mapping/pipes/scene_of_views.h"
 
 namespace slcmap {
@@ -114,6 +117,23 @@ TEST(Pipes, PanelsAreNone) {
           << width_m << " " << turn_rad;
     }
   }
+}
+
+// As joints of bricks are, whose depth images hardly know: the front of a pipe between them would
+// be nearer to the wall than the plane through both.
+TEST(Pipes, LinesOnAWallAreNoneWhereImagesHaveThemBehindIt) {
+  SceneOfViews scene(0.1);
+  AddEdges(
+      {{-0.03, -0.04}, {-0.03, 0.04}}, [](const Vector2d&, int) { return true; }, &scene);
+  for (double y_m = -0.15; y_m < 0.15; y_m += 0.01) scene.AddPoints({0, y_m}, {1, 0});
+  const MapResult& map = scene.map();
+  const std::vector<Outline> outlines = CollectOutlines(map);
+  ASSERT_EQ(outlines.size(), 2u);
+  const std::vector<const Outline*> both = {&outlines[0], &outlines[1]};
+  const auto fit = FitPipe({{-0.03, 0, 0}, Vector3d::UnitZ()}, both);
+  ASSERT_TRUE(fit);
+  const PointTree index(map.dense);
+  EXPECT_LT(ComputePipeLogRatio(fit->cylinder, {-kHalf_m, kHalf_m}, both, {map.dense, index}), -10);
 }
 
 TEST(Pipes, SquarePostsAreNone) {
