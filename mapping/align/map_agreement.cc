@@ -134,6 +134,13 @@ AlignmentFeatures FindFeatures(const std::vector<MapLine>& lines) {
   return features;
 }
 
+AlignmentFeatures FindFeatures(std::vector<SurfaceSample> surfaces) {
+  AlignmentFeatures features;
+  features.surfaces = std::move(surfaces);
+  features.headings_rad = FindHeadings(features);
+  return features;
+}
+
 AlignmentFeatures FindFeatures(const MapResult& map) {
   AlignmentFeatures features;
   features.surfaces = SampleSurfaces(map.dense);

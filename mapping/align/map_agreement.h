@@ -39,8 +39,9 @@ struct AlignmentFeatures {
 // Deterministic. Marks count as lines do: they are as true.
 AlignmentFeatures FindFeatures(const MapResult& map);
 
-// Those of some lines alone.
+// Those of some lines, or samples of surfaces, alone.
 AlignmentFeatures FindFeatures(const std::vector<MapLine>& lines);
+AlignmentFeatures FindFeatures(std::vector<SurfaceSample> surfaces);
 
 // The turn about z by an angle, then a translation.
 RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation);

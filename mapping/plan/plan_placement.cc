@@ -39,59 +39,21 @@ constexpr double kStep_m = 0.1;   // of samples along faces
 constexpr double kAgree_m = 0.1;  // beyond three standard deviations
 constexpr double kTurned_rad = std::numbers::pi / 180;
 
-// Directions modulo a quarter turn that faces have, the strongest first.
-std::vector<double> FindHeadings(const std::vector<PlannedFace>& faces) {
-  constexpr int kBins = 90, kMost = 4;
-  constexpr double kLeastShare = 0.15;
-  std::vector<double> lengths(kBins);
-  const auto heading_of = [](const PlannedFace& face) {
-    const double deg = std::atan2(face.Along().y(), face.Along().x()) / kTurned_rad;
-    return deg - 90 * std::floor(deg / 90);
-  };
-  for (const PlannedFace& face : faces) {
-    lengths[static_cast<int>(heading_of(face)) % kBins] += face.Length();
-  }
-  const auto around = [&](int bin) {
-    return lengths[(bin + kBins - 1) % kBins] + lengths[bin] + lengths[(bin + 1) % kBins];
-  };
-  std::vector<std::pair<double, int>> peaks;
-  for (int bin = 0; bin < kBins; ++bin) {
-    if (around(bin) > 0 && around(bin) >= around((bin + 1) % kBins) &&
-        around(bin) >= around((bin + kBins - 1) % kBins)) {
-      peaks.emplace_back(-around(bin), bin);
-    }
-  }
-  std::ranges::sort(peaks);
-  std::vector<double> headings;
-  for (const auto& [length, bin] : peaks) {
-    if (-length < kLeastShare * -peaks.front().first || headings.size() == kMost) break;
-    double sum = 0, weight = 0;  // of what is off the middle of the bin
-    for (const PlannedFace& face : faces) {
-      const double off = std::remainder(heading_of(face) - bin - 0.5, 90.0);
-      if (std::abs(off) > 2) continue;
-      sum += face.Length() * off;
-      weight += face.Length();
-    }
-    headings.push_back((bin + 0.5 + sum / weight) * kTurned_rad);
-  }
-  return headings;
-}
-
-// Faces as what maps are aligned by; the floor, which both have, is at z = 0.
+// Faces as what maps are aligned by. Both have the floor, which lies at z = 0.
 AlignmentFeatures MakeFeatures(const std::vector<PlannedFace>& faces) {
-  AlignmentFeatures features;
+  std::vector<SurfaceSample> walls, floor;
   for (const PlannedFace& face : faces) {
     for (double at = 0.5 * kStep_m; at < face.Length(); at += kStep_m) {
       const Vector2d p = face.start + at * face.Along(), n = face.Normal();
       for (const double side : {1.0, -1.0}) {
         if (side < 0 && !face.two_sided) continue;
-        features.surfaces.push_back({{p.x(), p.y(), 1}, {side * n.x(), side * n.y(), 0}});
+        walls.push_back({{p.x(), p.y(), 1}, {side * n.x(), side * n.y(), 0}});
       }
+      floor.push_back({{p.x(), p.y(), 0}, Vector3d::UnitZ()});
     }
   }
-  features.surfaces.push_back({features.surfaces.front().p_world - Vector3d::UnitZ()});
-  features.headings_rad = FindHeadings(faces);
-  return features;
+  std::ranges::copy(floor, std::back_inserter(walls));
+  return FindFeatures(std::move(walls));
 }
 
 // What a place of the map in the plan is judged by.
@@ -116,17 +78,6 @@ class PlaceJudge {
     }
     place->differing_m += SeenThrough(place->T_plan_world) + Walked(place->T_plan_world);
     place->score_m = place->agreeing_m - place->differing_m;
-  }
-
-  // Moves a place to where offsets of faces fit best: robustly, as walls are not where they were
-  // planned, and from a wide reach down to the scatter of what was measured.
-  void Fit(PlanPlacement* place) const {
-    constexpr double kFrom_m = 0.4, kTo_m = 0.01;
-    constexpr int kSteps = 16;
-    for (int step = 0; step < kSteps; ++step) {
-      const double share = static_cast<double>(step) / (kSteps - 1);
-      if (!FitStep(kFrom_m * std::pow(kTo_m / kFrom_m, share), place)) return;
-    }
   }
 
  private:
@@ -168,63 +119,19 @@ class PlaceJudge {
     return PlanPose{-pose.yaw_rad, Vector2d::Zero()}.Turn(p - pose.shift);
   }
 
-  bool FitStep(double scale_m, PlanPlacement* place) const;
-
   const BuiltStorey& built_;
   const BuildingPlan& plan_;
   const FaceIndex index_;
 };
 
-bool PlaceJudge::FitStep(double scale_m, PlanPlacement* place) const {
-  Vector2d middle = Vector2d::Zero();
-  for (const MappedFace& built : built_.faces) middle += built.face.Middle();
-  place->middle = place->T_plan_world * (middle / static_cast<double>(built_.faces.size()));
-  Matrix3d information = Matrix3d::Zero(), scatter = Matrix3d::Zero();
-  Vector3d gradient = Vector3d::Zero();
-  for (const MappedFace& built : built_.faces) {
-    const Vector2d normal = place->T_plan_world.Turn(built.face.Normal());
-    // What all of a face is off is one measurement, so its samples share its weight.
-    Matrix3d of_face = Matrix3d::Zero();
-    Vector3d to_plan = Vector3d::Zero();
-    double matched = 0, square_sum = 0, samples = 0;
-    ForEachSample(built.face, [&](const Vector2d& p_world, double) {
-      ++samples;
-      const Vector2d p = place->T_plan_world * p_world;
-      const auto match = index_.FindNearest(p, normal, std::min(FaceIndex::kReach_m, 3 * scale_m));
-      if (!match) return;
-      const double planned_m = plan_.faces[match->face].sigma_m;
-      const double variance = built.face.sigma_m * built.face.sigma_m + planned_m * planned_m;
-      const double spread = variance + scale_m * scale_m;
-      const double ratio = match->off_m * match->off_m / spread;
-      const double robust = 1 / ((1 + ratio) * (1 + ratio));
-      const Vector2d off = p - place->middle;
-      const Vector3d jacobian(match->normal.x(), match->normal.y(),
-                              match->normal.dot(Vector2d(-off.y(), off.x())));
-      const double weight = robust / spread;
-      of_face += weight * jacobian * jacobian.transpose();
-      to_plan += weight * match->off_m * jacobian;
-      square_sum += match->off_m * match->off_m;
-      ++matched;
-    });
-    if (matched == 0) continue;
-    // Long walls say more of the turn, by their samples' places, and a little more of the offset.
-    const double share = std::sqrt(matched * kStep_m) / matched;
-    information += share * of_face;
-    gradient += share * to_plan;
-    scatter += share * share * to_plan * to_plan.transpose();
-  }
-  constexpr double kLeastInformation = 1;  // a standard deviation of a metre
-  Eigen::SelfAdjointEigenSolver<Matrix3d> solver(information);
-  if (solver.eigenvalues()[0] < kLeastInformation) return false;
-  const Matrix3d inverse = information.inverse();
-  const Vector3d step = -inverse * gradient;
-  const PlanPose turned{step.z(), Vector2d::Zero()};
-  PlanPose& pose = place->T_plan_world;
-  pose.shift = place->middle + step.head<2>() + turned.Turn(pose.shift - place->middle);
-  pose.yaw_rad = std::remainder(pose.yaw_rad + step.z(), 2 * std::numbers::pi);
-  // By how much faces pull in different directions, which is at least what they are known to.
-  place->covariance = inverse * (scatter + gradient * gradient.transpose()) * inverse;
-  return true;
+PlanPlacement MakePlace(const AlignmentFit& fit) {
+  PlanPlacement place;
+  place.T_plan_world = {ComputeYaw(fit.T_first_second), fit.T_first_second.translation.head<2>()};
+  place.middle = fit.information.centre_first.head<2>();
+  const Eigen::Matrix4d covariance = fit.information.of_turn_and_shift.inverse();
+  constexpr std::array kOrder = {1, 2, 0};  // x, y and yaw
+  place.covariance = covariance(kOrder, kOrder);
+  return place;
 }
 
 bool IsOtherPlace(const PlanPlacement& a, const PlanPlacement& b) {
@@ -246,14 +153,15 @@ std::optional<PlanPlacement> FindPlacement(const BuiltStorey& built, const Build
                                            const std::optional<RoughStart>& start,
                                            const Progress& progress) {
   if (built.faces.empty() || plan.faces.empty()) return std::nullopt;
+  constexpr AlignmentFitOptions kFit{.from_m = 0.4, .to_m = 0.03, .steps = 16};
   const PlaceJudge judge(built, plan);
+  const AlignmentFeatures planned = MakeFeatures(plan.faces), mapped = MakeFeatures(FacesIn(built));
+  const FeatureIndex index(planned);
   std::vector<PlanPlacement> places;
-  for (const AlignmentCandidate& candidate :
-       FindCandidates(MakeFeatures(plan.faces), MakeFeatures(FacesIn(built)), {start}, progress)) {
-    PlanPlacement place;
-    place.T_plan_world = {ComputeYaw(candidate.T_first_second),
-                          candidate.T_first_second.translation.head<2>()};
-    judge.Fit(&place);
+  for (const AlignmentCandidate& candidate : FindCandidates(planned, mapped, {start}, progress)) {
+    const auto fit = FitAlignment(index, mapped, candidate.T_first_second, kFit);
+    if (!fit) continue;  // walls that lie along each other hold none
+    PlanPlacement place = MakePlace(*fit);
     judge.Judge(&place);
     places.push_back(place);
   }
