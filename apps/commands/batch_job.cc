@@ -252,7 +252,7 @@ void RemoveOtherMaps(const SiteJob& job, const std::vector<JobMap>& kept) {
 }
 
 // Maps by the group that they lie in, in their order.
-std::vector<std::vector<JobMap>> GroupMaps(const SiteJob& job, const std::vector<JobMap>& maps,
+std::vector<std::vector<JobMap>> GroupMaps(const std::vector<JobMap>& maps,
                                            const std::string& placement) {
   std::vector<std::vector<JobMap>> groups;
   std::map<std::size_t, std::size_t> by_number;
@@ -284,7 +284,7 @@ JobResult MergeMapsOfSite(const SiteJob& job) {
                          placed ? placed->remedy : "run the site again", 0});
   }
   const std::string placement = job.InSite(places + "/" + kPlacementFile);
-  for (const std::vector<JobMap>& group : GroupMaps(job, maps, placement)) {
+  for (const std::vector<JobMap>& group : GroupMaps(maps, placement)) {
     JobMap merged = group.front();
     if (group.size() > 1) {
       merged = {fmt::format("{}/map-{}", job.job.name, result.maps.size() + 1), {}};
