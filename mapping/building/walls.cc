@@ -122,46 +122,12 @@ void ClearSharesBehind(const WallFace& front, WallFace* back) {
 
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
-// Whether a place along a face is just behind a wall, between its ends.
-bool IsBehind(const Face& wall, const Face& face, double along_m) {
-  constexpr double kAlongside_m = 0.3;
-  if (wall.level != face.level || wall.normal.dot(face.normal) < kAlike) return false;
-  const double behind_m = -wall.DistanceTo(face.Middle());
-  const double at_m = wall.MeasureAlong(face.PointAt(along_m));
-  return behind_m > 0 && behind_m <= kBeside_m && at_m >= wall.from_m - kAlongside_m &&
-         at_m <= wall.to_m + kAlongside_m;
-}
-
-// The pane of windows behind a wall, which begins at their sills, while the back of a recess begins
-// at the floor. Where the wall is not seen above and below them, the pane is all there is.
-bool IsPaneIn(const Face& wall, const Face& pane, double floor_m) {
-  constexpr double kLeastSill_m = 0.6;
-  return pane.mostly_above_m >= floor_m + kLeastSill_m && IsBehind(wall, pane, pane.from_m) &&
-         IsBehind(wall, pane, pane.to_m);
-}
-
-// Whether both ends of a face are at long walls: furniture hardly goes from wall to wall, and over
-// what does, and is no wall, rays pass.
-bool GoesFromWallToWall(const std::vector<BuiltFace>& faces, const Face& face) {
-  constexpr double kAt_m = 0.15;
-  const auto is_at_wall = [&](double end_m) {
-    return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
-      if (!other.is_wall || !IsLong(other) || other.wall.face.level != face.level) return false;
-      const auto crossing = Crossing(face, other.wall.face);
-      return crossing && std::abs(crossing->first - end_m) < kAt_m &&
-             crossing->second > other.wall.face.from_m - kAt_m &&
-             crossing->second < other.wall.face.to_m + kAt_m;
-    });
-  };
-  return is_at_wall(face.from_m) && is_at_wall(face.to_m);
-}
-
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,
 // and nearly reaches the floor: the reveals of windows begin at their sills.
 bool IsMeasuredWall(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
   constexpr double kMostAbove_m = 0.75;
-  if (IsLong(built) || GoesFromWallToWall(faces, built.wall.face)) return true;
+  if (IsLong(built)) return true;
   if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
   const std::vector<double>& shares = built.wall.shares;
   const auto sure = std::count(shares.begin(), shares.end(), 1.0);
@@ -254,12 +220,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
     for (size_t k = 0; k < i; ++k) ClearSharesBeside((*faces)[order[k]].wall, &built.wall);
-    const bool is_pane =
-        std::any_of(order.begin(), order.begin() + static_cast<int64_t>(i), [&](size_t k) {
-          const BuiltFace& wall = (*faces)[k];
-          return wall.is_wall && IsPaneIn(wall.wall.face, built.wall.face, level.floor_m);
-        });
-    built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
+    built.is_wall = IsWall(built.wall.shares, built.wall.step_m) &&
                     IsMeasuredWall(*faces, built, level.floor_m);
   }
 }

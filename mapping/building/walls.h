@@ -22,9 +22,9 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there; what begins at sills and ends beneath the top of long ones before it is never a wall. What
-// is short is a wall only where it reaches the top of its storey and nearly its floor, along or
-// across a long one. Sets which faces, all of one storey, are of walls.
+// there. What stands from floor to top before another hides it. What is short is a wall only where
+// it reaches the top of its storey and nearly its floor, along or across a long one. Sets which
+// faces, all of one storey, are of walls.
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
 // What looks like an opening, but has a wall just behind it, is a niche: the wall ends there, as

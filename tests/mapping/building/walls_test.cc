@@ -52,16 +52,15 @@ TEST(ShareBeforeWalls, WhatIsNoWallOrWasSeenThroughLetsThrough) {
   EXPECT_NEAR(ShareBeforeWalls({gap}, {3, 3}, {3, -1}), 0.75, 1e-12);
 }
 
-// A wall of which half is seen, and a face 15 cm behind it with more of its own seen, between two
-// heights.
-std::vector<BuiltFace> WallAndFaceBehind(double from_m, double to_m) {
+// A wall of which half is seen, and a face 15 cm behind it with more of its own seen.
+std::vector<BuiltFace> WallAndFaceBehind() {
   BuiltFace wall = WallAlongX(), behind = WallAlongX();
   std::fill(wall.wall.shares.begin() + 20, wall.wall.shares.begin() + 60, 0);
   std::fill(behind.wall.shares.begin(), behind.wall.shares.begin() + 20, 0);
   wall.wall.face.high_m = 2.8;
   behind.wall.face.offset_m = -0.15;
-  behind.wall.face.mostly_above_m = from_m;
-  behind.wall.face.high_m = to_m;
+  behind.wall.face.mostly_above_m = 1;
+  behind.wall.face.high_m = 2.3;
   wall.wall.measured_m = 40 * wall.wall.step_m;
   behind.wall.measured_m = 60 * wall.wall.step_m;
   return {wall, behind};
@@ -76,17 +75,16 @@ std::vector<bool> AreWalls(std::vector<BuiltFace> faces) {
   return are_walls;
 }
 
-// Behind a wall much is inferred of panes between windows, while little of plaster is measured.
-TEST(SelectWalls, PaneBehindAWallIsNoneHoweverMuchIsInferredOfIt) {
-  std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.3);
-  faces[1].wall.measured_m = 1;
-  EXPECT_EQ(AreWalls(faces), (std::vector{true, false}));
-}
-
 TEST(SelectWalls, WhatIsBehindAShortPieceMayBeTheWall) {
-  std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.3);
+  std::vector<BuiltFace> faces = WallAndFaceBehind();
   faces[0].wall.measured_m = 1;
   EXPECT_EQ(AreWalls(faces), (std::vector{false, true}));
+}
+
+TEST(SelectWalls, WhatStandsFromFloorToTopHidesWhatIsBehind) {
+  std::vector<BuiltFace> faces = WallAndFaceBehind();
+  for (const double share : faces[0].wall.shares) faces[0].wall.is_solid.push_back(share > 0);
+  EXPECT_EQ(AreWalls(faces), (std::vector{true, true}));  // each where the other is not
 }
 
 // A face along x at a height in the plan, seen from above it (+1) or below it (-1).
