@@ -329,20 +329,24 @@ double MeasureLines(const std::vector<FaceSample>& samples, const Face& face) {
 }
 
 // Smooth depth rounds off what is blank, at any heading. A straight surface is large, or as large
-// ones are headed, or has edges along it. Sorted by area.
-void RemoveRoundedOff(const std::vector<FaceSample>& samples, std::vector<Face>* faces) {
+// ones are headed, or has edges along it. Sorted by area; the first is kept in any case.
+std::vector<Face> SelectStraight(const std::vector<FaceSample>& samples,
+                                 const std::vector<Face>& faces) {
   constexpr double kLarge_m2 = 2, kLeastLines = 0.1;  // measured; share of its length
   constexpr double kSquare_rad = 3 * kDegree;
   std::vector<double> headings_rad;  // of large ones
-  std::erase_if(*faces, [&](const Face& face) {
+  std::vector<Face> straight;
+  for (const Face& face : faces) {
     const double heading_rad = ComputeAngle(face);
-    if (face.area_m2 >= kLarge_m2) headings_rad.push_back(heading_rad);
-    return std::none_of(headings_rad.begin(), headings_rad.end(),
-                        [&](double large_rad) {
-                          return std::abs(SquareTurn(large_rad - heading_rad)) <= kSquare_rad;
-                        }) &&
-           MeasureLines(samples, face) < kLeastLines * face.Length();
-  });
+    if (straight.empty() || face.area_m2 >= kLarge_m2) headings_rad.push_back(heading_rad);
+    const bool is_headed = std::ranges::any_of(headings_rad, [&](double large_rad) {
+      return std::abs(SquareTurn(large_rad - heading_rad)) <= kSquare_rad;
+    });
+    if (is_headed || MeasureLines(samples, face) >= kLeastLines * face.Length()) {
+      straight.push_back(face);
+    }
+  }
+  return straight;
 }
 
 // Strong faces take in the weaker ones that go on along them. Sorted by area.
@@ -401,8 +405,7 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
     ExtendAlongLines(samples, &face);
     face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, &face));
   });
-  RemoveRoundedOff(samples, &faces);
-  return Continued(faces, options);
+  return Continued(SelectStraight(samples, faces), options);
 }
 
 void AgreeHeadings(std::vector<Face>* faces) {

@@ -152,7 +152,9 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
       for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
-  const double least_m = kLeastRim * room.bounded * Perimeter(room.polygon.outline);
+  constexpr double kLeastBounded = 0.1;  // a single line tells little
+  const double least_m =
+      kLeastRim * std::max(room.bounded, kLeastBounded) * Perimeter(room.polygon.outline);
   double most_m = 0;
   const std::vector<RimPart>* best = nullptr;
   for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {

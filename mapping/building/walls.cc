@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 #include "mapping/building/wall_lines.h"
@@ -10,12 +11,13 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kCorner_m = 0.5;  // from a measured end to the corner
-constexpr double kAlike = 0.99;    // cosine, 8 degrees
-constexpr double kLong_m = 1.5;    // covered: of a wall that need not be like others
-constexpr double kSure = 0.5;      // share of a shorter one that must reach the top
-constexpr double kRight = 0.995;   // cosine, 6 degrees
-constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
+constexpr double kCorner_m = 0.5;      // from a measured end to the corner
+constexpr double kAlike = 0.99;        // cosine, 8 degrees
+constexpr double kLong_m = 1.5;        // covered: of a wall that need not be like others
+constexpr double kSure = 0.5;          // share of a shorter one that must reach the top
+constexpr double kRight = 0.995;       // cosine, 6 degrees
+constexpr double kBeside_m = 0.4;      // behind or before a wall there is no other
+constexpr double kMostAbove_m = 0.75;  // the floor, what is measured of a wall may begin
 
 double FindCorner(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
   const Face& face = built.wall.face;
@@ -77,6 +79,17 @@ double CoveredLength(const WallFace& wall) {
   return wall.step_m * std::accumulate(wall.shares.begin(), wall.shares.end(), 0.0);
 }
 
+// The step of a wall that is at a place in the plan; nothing beyond its ends.
+std::optional<size_t> FindStep(const WallFace& wall, const Eigen::Vector2d& p) {
+  const double at = (wall.face.MeasureAlong(p) - wall.face.from_m) / wall.step_m;
+  if (at < 0 || at >= static_cast<double>(wall.shares.size())) return std::nullopt;
+  return static_cast<size_t>(at);
+}
+
+Eigen::Vector2d FindMiddle(const WallFace& wall, size_t step) {
+  return wall.face.PointAt(wall.face.from_m + (static_cast<double>(step) + 0.5) * wall.step_m);
+}
+
 // Takes a wall's shares where a stronger one stands beside it.
 void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
   if (stronger.face.level != weaker->face.level ||
@@ -84,39 +97,35 @@ void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
     return;
   }
   for (size_t i = 0; i < weaker->shares.size(); ++i) {
-    const double along_m = weaker->face.from_m + (static_cast<double>(i) + 0.5) * weaker->step_m;
-    const Eigen::Vector2d p = weaker->face.PointAt(along_m);
+    const Eigen::Vector2d p = FindMiddle(*weaker, i);
     if (std::abs(stronger.face.DistanceTo(p)) > kBeside_m) continue;
-    const double at = (stronger.face.MeasureAlong(p) - stronger.face.from_m) / stronger.step_m;
-    if (at < 0 || at >= static_cast<double>(stronger.shares.size())) continue;
-    if (stronger.shares[static_cast<size_t>(at)] > 0) weaker->shares[i] = 0;
+    const auto step = FindStep(stronger, p);
+    if (step && stronger.shares[*step] > 0) weaker->shares[i] = 0;
   }
 }
 
 // Whether a wall looks the same way as a face, just behind it at a place in the plan, as the wall
-// of a niche does.
-bool IsJustBehind(const Face& face, const Face& wall, const Eigen::Vector2d& place) {
-  constexpr double kOne_m = 0.1;  // nearer, they are one
-  const double behind_m = wall.DistanceTo(place) - face.DistanceTo(place);
-  const double along_m = wall.MeasureAlong(place);
-  return face.level == wall.level && face.normal.dot(wall.normal) >= kAlike && behind_m >= kOne_m &&
-         behind_m <= kBeside_m && along_m >= wall.from_m && along_m <= wall.to_m;
+// of a niche does. What is nearer than this is not seen apart by rays.
+bool IsJustBehind(const Face& face, const WallFace& wall, const Eigen::Vector2d& place) {
+  constexpr double kLeast_m = 0.15;
+  const double behind_m = wall.face.DistanceTo(place) - face.DistanceTo(place);
+  return face.level == wall.face.level && face.normal.dot(wall.face.normal) >= kAlike &&
+         behind_m >= kLeast_m && behind_m <= kBeside_m && FindStep(wall, place);
 }
 
 // Takes a wall's shares where it is behind what stands from floor to top, as a window's plane is
 // behind piers: it ends at them.
-void ClearSharesBehind(const WallFace& front, WallFace* back) {
+void ClearSharesBehind(const WallFace& front, double floor_m, WallFace* back) {
   constexpr double kLeastPier_m = 0.5;
   const auto solid = std::count(front.is_solid.begin(), front.is_solid.end(), true);
-  if (front.step_m * static_cast<double>(solid) < kLeastPier_m) return;
+  if (front.step_m * static_cast<double>(solid) < kLeastPier_m ||
+      !IsWall(front.shares, front.step_m) || front.face.mostly_above_m > floor_m + kMostAbove_m) {
+    return;
+  }
   for (size_t i = 0; i < back->shares.size(); ++i) {
-    const double along_m = back->face.from_m + (static_cast<double>(i) + 0.5) * back->step_m;
-    const Eigen::Vector2d p = back->face.PointAt(along_m);
-    const double at = (front.face.MeasureAlong(p) - front.face.from_m) / front.step_m;
-    if (at < 0 || at >= static_cast<double>(front.is_solid.size())) continue;
-    if (front.is_solid[static_cast<size_t>(at)] && IsJustBehind(front.face, back->face, p)) {
-      back->shares[i] = 0;
-    }
+    const Eigen::Vector2d p = FindMiddle(*back, i);
+    const auto step = FindStep(front, p);
+    if (step && front.is_solid[*step] && IsJustBehind(front.face, *back, p)) back->shares[i] = 0;
   }
 }
 
@@ -126,7 +135,6 @@ bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,
 // and nearly reaches the floor: the reveals of windows begin at their sills.
 bool IsMeasuredWall(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
-  constexpr double kMostAbove_m = 0.75;
   if (IsLong(built)) return true;
   if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
   const std::vector<double>& shares = built.wall.shares;
@@ -215,7 +223,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
     return (*faces)[a].wall.measured_m > (*faces)[b].wall.measured_m;
   });
   for (const BuiltFace& front : *faces) {
-    for (BuiltFace& back : *faces) ClearSharesBehind(front.wall, &back.wall);
+    for (BuiltFace& back : *faces) ClearSharesBehind(front.wall, level.floor_m, &back.wall);
   }
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
@@ -226,26 +234,27 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
 }
 
 void CutAtNiches(std::vector<BuiltFace>* faces) {
-  constexpr double kLeast_m = 0.3;
   std::vector<BuiltFace> cut;
   for (const BuiltFace& built : *faces) {
     const Face& face = built.wall.face;
+    const auto is_niche = [&](const FaceOpening& opening) {
+      const Eigen::Vector2d middle = face.PointAt(0.5 * (opening.from_m + opening.to_m));
+      return !opening.walked && std::ranges::any_of(*faces, [&](const BuiltFace& other) {
+        return other.is_wall && IsJustBehind(face, other.wall, middle) &&
+               other.wall.shares[*FindStep(other.wall, middle)] > 0;
+      });
+    };
     std::vector<Interval> stretches = {{face.from_m, face.to_m}};
     for (const FaceOpening& opening : built.openings) {  // by where they begin
-      const Eigen::Vector2d middle = face.PointAt(0.5 * (opening.from_m + opening.to_m));
-      if (std::none_of(faces->begin(), faces->end(), [&](const BuiltFace& other) {
-            return other.is_wall && IsJustBehind(face, other.wall.face, middle);
-          })) {
-        continue;
-      }
-      stretches.back().to_m = opening.from_m;
-      stretches.push_back({opening.to_m, face.to_m});
+      if (!is_niche(opening)) continue;
+      stretches.back().to_m = std::min(stretches.back().to_m, opening.from_m);
+      stretches.push_back({std::max(stretches.back().from_m, opening.to_m), face.to_m});
     }
     if (stretches.size() == 1) cut.push_back(built);
     for (const Interval& stretch : stretches) {
-      if (stretches.size() > 1 && stretch.length_m() >= kLeast_m) {
-        cut.push_back(CutToStretch(built, stretch));
-      }
+      if (stretches.size() == 1 || stretch.length_m() <= 0) continue;
+      BuiltFace part = CutToStretch(built, stretch);
+      if (IsWall(part.wall.shares, part.wall.step_m)) cut.push_back(std::move(part));
     }
   }
   *faces = std::move(cut);
@@ -260,10 +269,10 @@ double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector
     const double before_m = face.DistanceTo(from), after_m = face.DistanceTo(to);
     if (!built.is_wall || before_m <= 0 || after_m >= -kThrough_m) continue;
     const double share = before_m / (before_m - after_m);
-    const double along_m = face.MeasureAlong(from + share * (to - from));
-    const double step = (along_m - face.from_m) / built.wall.step_m;
-    if (step < 0 || step >= static_cast<double>(built.wall.shares.size())) continue;
-    if (built.wall.shares[static_cast<size_t>(step)] < kSolid) continue;
+    const Eigen::Vector2d at = from + share * (to - from);
+    const double along_m = face.MeasureAlong(at);
+    const auto step = FindStep(built.wall, at);
+    if (!step || built.wall.shares[*step] < kSolid) continue;
     const bool is_open =
         std::any_of(built.openings.begin(), built.openings.end(), [&](const FaceOpening& opening) {
           return opening.kind != OpeningKind::kWindow && along_m > opening.from_m &&

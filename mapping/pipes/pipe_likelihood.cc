@@ -255,7 +255,7 @@ double CompareStrip(const BodyFit& strip, const SurfacesAbout& surfaces, double 
   constexpr double kLeastSigma_m = 0.01;  // of an edge from a cloud
   std::vector<SurfacePlace> all = surfaces.between;
   all.insert(all.end(), surfaces.beside.begin(), surfaces.beside.end());
-  if (all.empty()) return 0;
+  if (all.size() < 3) return 0;  // they have any plane
   const auto plane = FitPlane(all);
   const auto off_m = [&](const Vector2d& place) { return plane.signedDistance(place); };
   const MatrixXd covariance = strip.information.inverse();

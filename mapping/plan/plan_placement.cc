@@ -4,7 +4,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "mapping/align/map_agreement.h"
@@ -12,7 +14,6 @@
 
 namespace slcmap::inline mapping {
 
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

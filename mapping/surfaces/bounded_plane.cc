@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRoomReach_m = 4;  // the same on floors and ceilings of rooms
+constexpr double kRoomReach_m = 4;  // as reach_m, of floors and ceilings of rooms
 
 Vector2d FindCell(const PlaneGrid& grid, const Vector3d& p) {
   return {(grid.u.dot(p) - grid.from_u_m) / grid.cell_m,
@@ -108,7 +108,7 @@ PlaneGrid MakeGridAxes(const BuildingPlane& plane, double cell_m) {
 BoundedPlane BoundPlane(const BuildingPlane& plane, const Building& building,
                         const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
-  BoundedPlane bounded{MakeGridAxes(plane, options.cell_m), {},      plane.sigma_m,
+  BoundedPlane bounded{MakeGridAxes(plane, options.cell_m),      {},      plane.sigma_m,
                        is_wall ? options.reach_m : kRoomReach_m, is_wall, !plane.inferred};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = MakePolygon(plane, building, grid);

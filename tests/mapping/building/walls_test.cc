@@ -52,15 +52,12 @@ TEST(ShareBeforeWalls, WhatIsNoWallOrWasSeenThroughLetsThrough) {
   EXPECT_NEAR(ShareBeforeWalls({gap}, {3, 3}, {3, -1}), 0.75, 1e-12);
 }
 
-// A wall of which half is seen, and a face 15 cm behind it with more of its own seen.
+// A wall of which half is seen, and a face 25 cm behind it with more of its own seen.
 std::vector<BuiltFace> WallAndFaceBehind() {
   BuiltFace wall = WallAlongX(), behind = WallAlongX();
   std::fill(wall.wall.shares.begin() + 20, wall.wall.shares.begin() + 60, 0);
   std::fill(behind.wall.shares.begin(), behind.wall.shares.begin() + 20, 0);
-  wall.wall.face.high_m = 2.8;
-  behind.wall.face.offset_m = -0.15;
-  behind.wall.face.mostly_above_m = 1;
-  behind.wall.face.high_m = 2.3;
+  behind.wall.face.offset_m = -0.25;
   wall.wall.measured_m = 40 * wall.wall.step_m;
   behind.wall.measured_m = 60 * wall.wall.step_m;
   return {wall, behind};
