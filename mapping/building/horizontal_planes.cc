@@ -152,9 +152,9 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
       for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
-  constexpr double kLeastBounded = 0.1;  // a single line tells little
+  constexpr double kLeast = 0.03;  // of all of its border: a single line tells little
   const double least_m =
-      kLeastRim * std::max(room.bounded, kLeastBounded) * Perimeter(room.polygon.outline);
+      std::max(kLeastRim * room.bounded, kLeast) * Perimeter(room.polygon.outline);
   double most_m = 0;
   const std::vector<RimPart>* best = nullptr;
   for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {

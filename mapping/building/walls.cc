@@ -113,8 +113,7 @@ bool IsJustBehind(const Face& face, const WallFace& wall, const Eigen::Vector2d&
          behind_m >= kLeast_m && behind_m <= kBeside_m && FindStep(wall, place);
 }
 
-// Takes a wall's shares where it is behind what stands from floor to top, as a window's plane is
-// behind piers: it ends at them.
+// Takes a wall's shares where it is behind what stands from floor to top, as windows behind piers.
 void ClearSharesBehind(const WallFace& front, double floor_m, WallFace* back) {
   constexpr double kLeastPier_m = 0.5;
   const auto solid = std::count(front.is_solid.begin(), front.is_solid.end(), true);

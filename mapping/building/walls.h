@@ -27,8 +27,7 @@ struct BuiltFace {
 // faces, all of one storey, are of walls.
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
-// What looks like an opening, but has a wall just behind it, is a niche: the wall ends there, as
-// piers do beside windows. The parts of such a wall take its place, without the niches.
+// What looks like an opening, but has a wall just behind it, is a niche: walls are cut there.
 void CutAtNiches(std::vector<BuiltFace>* faces);
 
 // How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a

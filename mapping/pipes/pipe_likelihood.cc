@@ -237,15 +237,11 @@ double CompareSurface(const std::vector<SurfacePlace>& points, double radius_m,
 
 // The plane that lies nearest to all of the points.
 Eigen::Hyperplane<double, 2> FitPlane(const std::vector<SurfacePlace>& points) {
-  Vector2d sum = Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  for (const SurfacePlace& point : points) {
-    sum += point.place;
-    squares += point.place * point.place.transpose();
-  }
-  const Vector2d mean = sum / static_cast<double>(points.size());
-  const Eigen::Matrix2d spread = squares - sum * mean.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
+  Eigen::Matrix2Xd places(2, static_cast<Eigen::Index>(points.size()));
+  for (size_t i = 0; i < points.size(); ++i) places.col(static_cast<int>(i)) = points[i].place;
+  const Vector2d mean = places.rowwise().mean();
+  places.colwise() -= mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(places * places.transpose());
   return {solver.eigenvectors().col(0), mean};
 }
 

@@ -184,12 +184,12 @@ FaceIndex::FaceIndex(const std::vector<PlannedFace>& faces) : faces_(faces) {
   }
 }
 
-std::optional<FaceIndex::Match> FaceIndex::FindNearest(const Vector2d& p, const Vector2d& normal,
-                                                       double reach_m) const {
+std::optional<std::size_t> FaceIndex::FindNearest(const Vector2d& p, const Vector2d& normal,
+                                                  double reach_m) const {
   constexpr double kBeyondEnd_m = 0.05;
   const auto cell = cells_.find(CellKey(p));
   if (cell == cells_.end()) return std::nullopt;
-  std::optional<Match> nearest;
+  std::optional<std::size_t> nearest;
   for (const std::size_t i : cell->second) {
     const PlannedFace& face = faces_[i];
     Vector2d to_free = face.Normal();
@@ -197,8 +197,9 @@ std::optional<FaceIndex::Match> FaceIndex::FindNearest(const Vector2d& p, const 
     if (to_free.dot(normal) < kSameWay) continue;
     const double off_m = to_free.dot(p - face.start), along_m = face.Along().dot(p - face.start);
     if (along_m < -kBeyondEnd_m || along_m > face.Length() + kBeyondEnd_m) continue;
-    if (std::abs(off_m) > (nearest ? std::abs(nearest->off_m) : reach_m)) continue;
-    nearest = Match{i, off_m, to_free};
+    if (std::abs(off_m) > reach_m) continue;
+    reach_m = std::abs(off_m);
+    nearest = i;
   }
   return nearest;
 }

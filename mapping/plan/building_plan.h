@@ -61,15 +61,9 @@ class FaceIndex {
 
   explicit FaceIndex(const std::vector<PlannedFace>& faces);
 
-  struct Match {
-    std::size_t face = 0;
-    double off_m = 0;                                   // of the place before it
-    Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // to the side it was looked at from
-  };
-  // The nearest one that looks about the same way and is no farther across; nothing where there is
-  // none.
-  std::optional<Match> FindNearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
-                                   double reach_m) const;
+  // The index of the nearest one that looks about the same way and is no farther across, if any.
+  std::optional<std::size_t> FindNearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
+                                         double reach_m) const;
 
  private:
   const std::vector<PlannedFace>& faces_;

@@ -88,12 +88,12 @@ class PlanComparer {
         const auto match = index_.FindNearest(p, built.Normal(), kSameWall_m);
         matched_[i].push_back(match.has_value());
         if (!match) continue;
-        const PlannedFace planned = FacingAlike(plan_.faces[match->face], built.Normal());
+        const PlannedFace planned = FacingAlike(plan_.faces[*match], built.Normal());
         const double half_m = 0.5 * built.Length() / count;
         const double along_m =
             std::clamp(planned.Along().dot(p - planned.start), 0.0, planned.Length());
-        FacePair& pair = of_built[match->face];
-        pair.built = i, pair.planned = match->face;
+        FacePair& pair = of_built[*match];
+        pair.built = i, pair.planned = *match;
         pair.from_m = std::min(pair.from_m, std::max(0.0, along_m - half_m));
         pair.to_m = std::max(pair.to_m, std::min(planned.Length(), along_m + half_m));
         pair.shared_m += 2 * half_m;

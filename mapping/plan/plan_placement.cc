@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
+#include "data/core/math.h"
 #include "mapping/align/map_agreement.h"
 #include "mapping/align/plan_votes.h"
 
@@ -38,7 +38,6 @@ namespace {
 
 constexpr double kStep_m = 0.1;   // of samples along faces
 constexpr double kAgree_m = 0.1;  // beyond three standard deviations
-constexpr double kTurned_rad = std::numbers::pi / 180;
 
 // Faces as what maps are aligned by. Both have the floor, which lies at z = 0.
 AlignmentFeatures MakeFeatures(const std::vector<PlannedFace>& faces) {
@@ -53,7 +52,7 @@ AlignmentFeatures MakeFeatures(const std::vector<PlannedFace>& faces) {
       floor.push_back({{p.x(), p.y(), 0}, Vector3d::UnitZ()});
     }
   }
-  std::ranges::copy(floor, std::back_inserter(walls));
+  walls.insert(walls.end(), floor.begin(), floor.end());
   return FindFeatures(std::move(walls));
 }
 
@@ -70,11 +69,9 @@ class PlaceJudge {
     for (const MappedFace& built : built_.faces) {
       const double reach_m = 3 * built.face.sigma_m + kAgree_m;
       ForEachSample(built.face, [&](const Vector2d& p, double length_m) {
-        const bool agrees = index_
-                                .FindNearest(place->T_plan_world * p,
-                                             place->T_plan_world.Turn(built.face.Normal()), reach_m)
-                                .has_value();
-        (agrees ? place->agreeing_m : place->differing_m) += length_m;
+        const Vector2d normal = place->T_plan_world.Turn(built.face.Normal());
+        const auto planned = index_.FindNearest(place->T_plan_world * p, normal, reach_m);
+        (planned ? place->agreeing_m : place->differing_m) += length_m;
       });
     }
     place->differing_m += SeenThrough(place->T_plan_world) + Walked(place->T_plan_world);
@@ -136,7 +133,7 @@ PlanPlacement MakePlace(const AlignmentFit& fit) {
 }
 
 bool IsOtherPlace(const PlanPlacement& a, const PlanPlacement& b) {
-  constexpr double kOther_m = 0.5, kOtherTurn_rad = 5 * kTurned_rad;
+  constexpr double kOther_m = 0.5, kOtherTurn_rad = 5 * kDegree;
   const double turn_rad =
       std::remainder(a.T_plan_world.yaw_rad - b.T_plan_world.yaw_rad, 2 * std::numbers::pi);
   return (a.middle - b.middle).norm() > kOther_m || std::abs(turn_rad) > kOtherTurn_rad;
