@@ -37,7 +37,7 @@ constexpr double kSorted = 0.1, kFaced = 0.4, kCrossed = 0.85;
 struct LevelData {
   std::vector<FaceSample> samples;
   std::vector<BuiltFace> faces;
-  std::vector<FaceGrid> grids;   // by face
+  std::vector<FaceGrid> grids;   // by face, until walls are cut at niches
   std::vector<WallFace> unseen;  // backs of walls
 };
 
@@ -230,9 +230,8 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
   SelectWalls(level, &data->faces);
   for (size_t k = 0; k < data->faces.size(); ++k) {
     BuiltFace& built = data->faces[k];
-    if (built.is_wall) {
-      built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
-    }
+    if (!built.is_wall) continue;
+    built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
   }
   CutAtNiches(&data->faces);
   for (BuiltFace& built : data->faces) CoverOpenings(&built);

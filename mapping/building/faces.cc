@@ -278,6 +278,20 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
          std::min(std::max(2 * sigma_m, options.merge_m), 2 * options.merge_m);
 }
 
+// Where samples of level lines along a face lie within so much of its plane: metres along it.
+std::vector<double> FindLinePlaces(const std::vector<FaceSample>& samples, const Face& face,
+                                   double within_m) {
+  std::vector<double> places_m;
+  for (const FaceSample& sample : samples) {
+    if (sample.direction.isZero() || std::abs(sample.direction.dot(face.normal)) > kLineTurn_rad) {
+      continue;
+    }
+    const Vector2d p = sample.p_world.head<2>();
+    if (std::abs(face.DistanceTo(p)) <= within_m) places_m.push_back(face.MeasureAlong(p));
+  }
+  return places_m;
+}
+
 // A face goes on as far as lines on it do: where a wall is blank, its edges to floor and ceiling
 // are all that is seen of it, and lone lines are no faces. Not so far that its heading tells
 // nothing of where it would be.
@@ -285,16 +299,8 @@ void ExtendAlongLines(const std::vector<FaceSample>& samples, Face* face) {
   constexpr double kOnFace_m = 0.015, kAstray_m = 0.03;
   const double reach_m = kAstray_m / std::max(face->heading_sigma_rad, 1e-4);
   const double middle_m = 0.5 * (face->from_m + face->to_m);
-  std::vector<double> places_m;
-  for (const FaceSample& sample : samples) {
-    if (sample.direction.isZero() || std::abs(sample.direction.dot(face->normal)) > kLineTurn_rad) {
-      continue;
-    }
-    const Vector2d p = sample.p_world.head<2>();
-    const double along_m = face->MeasureAlong(p);
-    if (std::abs(along_m - middle_m) > reach_m) continue;
-    if (std::abs(face->DistanceTo(p)) <= kOnFace_m) places_m.push_back(along_m);
-  }
+  std::vector<double> places_m = FindLinePlaces(samples, *face, kOnFace_m);
+  std::erase_if(places_m, [&](double at_m) { return std::abs(at_m - middle_m) > reach_m; });
   std::sort(places_m.begin(), places_m.end());
   for (const double along_m : places_m) {
     if (along_m > face->to_m && along_m - face->to_m <= kJoinGap_m) face->to_m = along_m;
@@ -314,16 +320,9 @@ double ComputeAngle(const Face& face) { return std::atan2(face.normal.y(), face.
 // Metres of a face along which level lines lie on it.
 double MeasureLines(const std::vector<FaceSample>& samples, const Face& face) {
   std::set<int> steps;
-  for (const FaceSample& sample : samples) {
-    if (sample.direction.isZero() || std::abs(sample.direction.dot(face.normal)) > kLineTurn_rad) {
-      continue;
-    }
-    const Vector2d p = sample.p_world.head<2>();
-    const double along_m = face.MeasureAlong(p);
-    if (along_m < face.from_m || along_m > face.to_m || std::abs(face.DistanceTo(p)) > kNear_m) {
-      continue;
-    }
-    steps.insert(static_cast<int>((along_m - face.from_m) / kBuildingLineSample_m));
+  for (const double at_m : FindLinePlaces(samples, face, kNear_m)) {
+    if (at_m < face.from_m || at_m > face.to_m) continue;
+    steps.insert(static_cast<int>((at_m - face.from_m) / kBuildingLineSample_m));
   }
   return static_cast<double>(steps.size()) * kBuildingLineSample_m;
 }
@@ -332,9 +331,8 @@ double MeasureLines(const std::vector<FaceSample>& samples, const Face& face) {
 // ones are headed, or has edges along it. Sorted by area; the first is kept in any case.
 std::vector<Face> SelectStraight(const std::vector<FaceSample>& samples,
                                  const std::vector<Face>& faces) {
-  constexpr double kLarge_m2 = 2, kLeastLines = 0.1;  // measured; share of its length
-  constexpr double kSquare_rad = 3 * kDegree;
-  std::vector<double> headings_rad;  // of large ones
+  constexpr double kLarge_m2 = 2, kSquare_rad = 3 * kDegree, kLeastLines = 0.1;  // of its length
+  std::vector<double> headings_rad;                                              // of large ones
   std::vector<Face> straight;
   for (const Face& face : faces) {
     const double heading_rad = ComputeAngle(face);

@@ -113,18 +113,20 @@ bool IsJustBehind(const Face& face, const WallFace& wall, const Eigen::Vector2d&
          behind_m >= kLeast_m && behind_m <= kBeside_m && FindStep(wall, place);
 }
 
-// Takes a wall's shares where it is behind what stands from floor to top, as windows behind piers.
-void ClearSharesBehind(const WallFace& front, double floor_m, WallFace* back) {
+// Whether it stands from floor to top in enough places to hide what is behind it, as a pier does.
+bool IsPier(const WallFace& wall, double floor_m) {
   constexpr double kLeastPier_m = 0.5;
-  const auto solid = std::count(front.is_solid.begin(), front.is_solid.end(), true);
-  if (front.step_m * static_cast<double>(solid) < kLeastPier_m ||
-      !IsWall(front.shares, front.step_m) || front.face.mostly_above_m > floor_m + kMostAbove_m) {
-    return;
-  }
+  const auto solid = std::count(wall.is_solid.begin(), wall.is_solid.end(), true);
+  return wall.step_m * static_cast<double>(solid) >= kLeastPier_m &&
+         IsWall(wall.shares, wall.step_m) && wall.face.mostly_above_m <= floor_m + kMostAbove_m;
+}
+
+// Takes a wall's shares where a pier hides it.
+void ClearSharesBehind(const WallFace& pier, WallFace* back) {
   for (size_t i = 0; i < back->shares.size(); ++i) {
     const Eigen::Vector2d p = FindMiddle(*back, i);
-    const auto step = FindStep(front, p);
-    if (step && front.is_solid[*step] && IsJustBehind(front.face, *back, p)) back->shares[i] = 0;
+    const auto step = FindStep(pier, p);
+    if (step && pier.is_solid[*step] && IsJustBehind(pier.face, *back, p)) back->shares[i] = 0;
   }
 }
 
@@ -222,7 +224,8 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
     return (*faces)[a].wall.measured_m > (*faces)[b].wall.measured_m;
   });
   for (const BuiltFace& front : *faces) {
-    for (BuiltFace& back : *faces) ClearSharesBehind(front.wall, level.floor_m, &back.wall);
+    if (!IsPier(front.wall, level.floor_m)) continue;
+    for (BuiltFace& back : *faces) ClearSharesBehind(front.wall, &back.wall);
   }
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
