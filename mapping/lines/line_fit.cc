@@ -222,13 +222,14 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
   const double alike = shared * PlacesAlike(places, options);  // places and views that err as one
   Sums sums;
+  Eigen::Matrix4d of_places = Eigen::Matrix4d::Zero();
   for (int step = 0; step < kSteps; ++step) {
     fit.across = ComputeAcross(fit.line.direction_world);
     sums = SumPlaces(fit.line, fit.across, places, sigmas_px, views, fit.shift_m, options);
     if (sums.off_px.size() < 4) return std::nullopt;
     sums.H /= alike;
     sums.g /= alike;
-    fit.places_information = sums.H;
+    of_places = sums.H;
     AddPrior(fit.line, fit.across, prior, &sums);
     const Eigen::LDLT<Eigen::Matrix4d> solver(sums.H);
     if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
@@ -239,8 +240,8 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
         (fit.line.direction_world + fit.across * delta.tail<2>()).normalized();
     if (delta.norm() < 1e-6) break;
   }
-  const Eigen::Matrix4d of_prior = sums.H - fit.places_information;
-  fit.covariance = shared * (alike * fit.places_information + of_prior).inverse();
+  const Eigen::Matrix4d of_prior = sums.H - of_places;
+  fit.covariance = shared * (alike * of_places + of_prior).inverse();
   fit.world_covariance = sums.H.inverse();
   fit.world_covariance.topLeftCorner<2, 2>().diagonal().array() +=
       options.shared_sigma_m * options.shared_sigma_m;

@@ -52,8 +52,6 @@ struct LineFit {
   // columns of `across`: against other lines, as if places erred each for itself, against the prior
   // too; and against the world, with what places of an image and what all views share.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero(), world_covariance = Eigen::Matrix4d::Zero();
-  // What the places tell of the same without the prior, those of an image erring alike.
-  Eigen::Matrix4d places_information = Eigen::Matrix4d::Zero();
   Eigen::Matrix<double, 3, 2> across = Eigen::Matrix<double, 3, 2>::Zero();
   double rms_px = 0;
   // The same by the median of the places: few that are of another edge nearby do not count.

@@ -86,7 +86,6 @@ struct TrackedLine {
   Interval seen;        // by segments, then from the first interval to the last
   double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
-  double moved_m = 0;  // at most, along its intervals, by the last fit again
   std::vector<EdgePoint> places;
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;

@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include "data/core/parallel.h"
-#include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
@@ -253,7 +252,7 @@ LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views&
 namespace {
 
 // Shares of the time, about, up to the end of a step.
-constexpr double kFound = 0.5, kLooked = 0.75, kLookedAgain = 0.85;
+constexpr double kFound = 0.5, kLooked = 0.85;
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
                  std::vector<MapLine>* map_lines) {
@@ -302,14 +301,12 @@ std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
-  LookAgain(views, images, depths, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines));
   ParallelFor(lines.size(), [&](size_t i) {
     lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
   });
-  FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(kTextureReach_m, &lines);
-  CompareSides(views, images, depths, &lines, progress.Part(kLookedAgain, 1));
+  CompareSides(views, images, depths, &lines, progress.Part(kLooked, 1));
   return lines;
 }
 

@@ -44,10 +44,9 @@ struct LinesOfMap {
 };
 
 // Starts from the lines that are known, finds more in the views, looks for all of them in all
-// views, and once more for those that this moved, finds the intervals that they are in, merges
-// those that are one, and collects what tells of each whether it is an edge. The same views give
-// the same lines, whatever the number of threads. Once progress says so, the lines are those that
-// were found so far.
+// views, finds the intervals that they are in, merges those that are one, and collects what tells
+// of each whether it is an edge. The same views give the same lines, whatever the number of
+// threads. Once progress says so, the lines are those that were found so far.
 std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images,
                                     const std::vector<BuildingAxis>& axes,
                                     std::vector<TrackedLine> known, const VisibilityDepths& depths,
@@ -59,5 +58,20 @@ LinesOfMap BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
                       const VisibilityDepths& depths, const LineSurfaces& surfaces,
                       const MapLineOptions& options, const Progress& progress = {});
+
+// Looks for each line, a good deal beyond its ends, in both images of every view of its segment:
+// afterwards, but where surfaces hide it, its bins say how many views look at each piece of it and
+// how many of them show an edge there, and its places where that is. Once progress says so, later
+// views are left out.
+void LookForLines(const Views& views, const ViewImages& images, const VisibilityDepths& depths,
+                  const MapLineOptions& options, std::vector<TrackedLine>* lines,
+                  const Progress& progress);
+
+// The intervals of a line in which enough of the views show its edge, by its bins.
+std::vector<Interval> FindIntervals(const TrackedLine& line);
+
+// Fits the lines again to their places in their intervals; those that do not hold are dropped.
+void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+              const MapLineOptions& options, std::vector<TrackedLine>* lines);
 
 }  // namespace slcmap::mapping

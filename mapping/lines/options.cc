@@ -1,9 +1,7 @@
 #include "mapping/lines/options.h"
 
 #include <algorithm>
-#include <string>
 
-#include "data/core/error.h"
 #include "data/io/yaml.h"
 
 namespace slcmap::inline mapping {
@@ -36,12 +34,6 @@ constexpr OptionTable kFitTable{
     Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000},
     Option{"shared_sigma_m", &LineFitOptions::shared_sigma_m, 0.0, 1.0}};
 
-constexpr OptionTable kNeighbourTable{
-    Option{"building_share", &NeighbourOptions::building_share, 0.0, 1.0},
-    Option{"shared_share", &NeighbourOptions::shared_share, 0.0, 1.0},
-    Option{"reach_m", &NeighbourOptions::reach_m, 0.01, 1000.0},
-    Option{"max_neighbours", &NeighbourOptions::max_neighbours, 0, 200}};
-
 }  // namespace
 
 void MapLineOptions::Check() const {
@@ -49,12 +41,6 @@ void MapLineOptions::Check() const {
   kViewsTable.Check("mapping.lines.views", views);
   kSweepTable.Check("mapping.lines.sweep", sweep);
   kFitTable.Check("mapping.lines.fit", fit);
-  kNeighbourTable.Check("mapping.lines.neighbours", neighbours);
-  if (neighbours.building_share + neighbours.shared_share > 1) {
-    throw ConfigError("mapping.lines.neighbours.shared_share: found " +
-                      std::to_string(neighbours.shared_share) +
-                      ", expected at most what building_share leaves of 1");
-  }
 }
 
 MapLineOptions MapLineOptions::ForPoses(double across_px) const {
@@ -75,9 +61,8 @@ void MapLineOptions::Read(YamlSection section) {
                    {"min_depth_m", "step_px", "min_baseline_m", "max_baseline_m", "max_turn_rad",
                     "min_parallax_m", "max_views", "min_share", "min_images", "min_lead"});
   kFitTable.Read(section.Section("fit"), &fit, {"place_step_m", "robust_sigmas"});
-  kNeighbourTable.Read(section.Section("neighbours"), &neighbours);
   kTable.Read(section, this,
-              {"intervals", "merging", "kinds", "min_parallax_rad", "min_ghost_share",
+              {"intervals", "merging", "kinds", "neighbours", "min_parallax_rad", "min_ghost_share",
                "max_segments", "min_gradient", "min_gradient_share", "axis_distance_px",
                "explained_px", "max_found_sigma_m", "level_sigma_rad"});
 }

@@ -1,5 +1,4 @@
-// The options of the line stage, also of what lines tell of the directions of those near them (see
-// guided_pass.h).
+// The options of the line stage.
 #pragma once
 
 #include "data/io/yaml.h"
@@ -29,16 +28,6 @@ struct LineSweepOptions {
 // Up to which lines may be the same, where they lie beside each other.
 inline constexpr double kMergeMaxDistance_m = 0.03;
 
-// A building bends and leans as a whole, and what is fitted into it stands askew as a whole: how
-// far lines of one axis are off it is alike where they are near each other.
-struct NeighbourOptions {
-  // Of the variance of lines about their axis: what all of them share, and what those near each
-  // other do, less by exp(-distance / reach_m). The rest is a line's own.
-  double building_share = 0.3, shared_share = 0.4;
-  double reach_m = 3;
-  int max_neighbours = 40;  // of a line, the nearest ones
-};
-
 struct MapLineOptions {
   double min_segment_px = 19;
   double max_depth_m = 10;     // up to which views are looked at for a line
@@ -50,7 +39,6 @@ struct MapLineOptions {
   ViewSpacingOptions views;
   LineSweepOptions sweep;
   LineFitOptions fit;
-  NeighbourOptions neighbours;
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 

@@ -95,6 +95,7 @@ TEST(MappingOptions, EachStageLeavesTheSectionsOfTheOthers) {
 
 TEST(MappingOptions, KeysOfRulesThatAreGoneAreTakenForAVersion) {
   EXPECT_NO_THROW(Read("mapping: {lines: {min_parallax_rad: 0.1, min_ghost_share: 0.5}}"));
+  EXPECT_NO_THROW(Read("mapping: {lines: {neighbours: {reach_m: 3, max_neighbours: 40}}}"));
   EXPECT_NO_THROW(Read("mapping: {level_marks: {find: false}}"));
   EXPECT_NO_THROW(Read("mapping: {adjustment: {calibration: {principal_points: true}}}"));
   EXPECT_THAT(MappingOptions().ToYaml(), Not(AnyOf(HasSubstr("ghost"), HasSubstr("level_marks"))));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <functional>
 
-#include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_fit.h"
+#include "mapping/lines/map_lines.h"
 #include "mapping/lines/options.h"
 #include "odometry/frontend/line_segment.h"
 #include "tests/mapping/lines/painted_wall.h"

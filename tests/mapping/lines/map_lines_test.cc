@@ -61,52 +61,6 @@ TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
   }
 }
 
-// Of the wall of a rectangle, whose left side is known to be off_m beside where it is.
-class LookAgain : public ::testing::Test {
- protected:
-  std::vector<MapLine> LinesWith(double off_m, const Progress& progress) const {
-    TrackedLine left;
-    left.line = {{-0.5 + off_m, kDistance_m, 0.05}, -Eigen::Vector3d::UnitZ()};
-    left.axis = 0;
-    left.seen = {-0.35, 0.35};
-    left.gradient = 20;
-    return BuildLines(views_, wall_, WallAxes(), {left}, {}, LineSurfaces({}), MapLineOptions(),
-                      progress)
-        .lines;
-  }
-
-  // How often progress is told of, which it is for every few views that are read.
-  int Reports(double off_m) const {
-    int reports = 0;
-    LinesWith(off_m, Progress([&](double) { return ++reports > 0; }));
-    return reports;
-  }
-
-  const Views views_ = MovingViews(11);
-  const PaintedWall wall_{views_, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m};
-};
-
-TEST_F(LookAgain, IsAtLinesThatMoved) {
-  EXPECT_GT(Reports(0.007), Reports(0));
-  for (const MapLine& line : LinesWith(0.007, {})) {
-    if (line.axis != LineAxis::kVertical || line.start_world.x() > 0) continue;
-    EXPECT_NEAR(line.start_world.x(), -0.5, 0.001);
-    EXPECT_NEAR(Length_m(line), 0.7, 0.05);
-  }
-}
-
-TEST_F(LookAgain, StoppedKeepsWhatTheFirstFound) {
-  bool is_stopped = false;
-  const Progress progress([&](double done) {
-    is_stopped = is_stopped || done > 0.855;
-    return !is_stopped;
-  });
-  const std::vector<MapLine> lines = LinesWith(0.007, progress);
-  EXPECT_TRUE(is_stopped);
-  EXPECT_EQ(lines.size(), 4u);
-  for (const MapLine& line : lines) EXPECT_EQ(line.observations, 11);
-}
-
 // Left and right images do not tell how far level edges are; views at other heights do.
 TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
   std::vector<BuildingAxis> turned = WallAxes();
@@ -121,35 +75,6 @@ TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
     ASSERT_NE(found, lines.end()) << height_m;
     EXPECT_NEAR(Length_m(*found), 0.9, 0.05);
   }
-}
-
-// All lean alike: short lines, of whose direction images tell little, follow the long ones.
-TEST(MapLines, LeanAsThoseNearThemDo) {
-  constexpr double kLean_rad = 0.006;
-  const std::vector<WallRectangle> rectangles = {{-0.75, -0.55, -0.55, 0.55, kLean_rad},
-                                                 {-0.1, 0.1, -0.07, 0.08, kLean_rad},
-                                                 {0.5, 0.7, -0.55, 0.55, kLean_rad}};
-  const Views views = MovingViews(11);
-  const PaintedWall wall(views, rectangles, kDistance_m);
-  std::vector<BuildingAxis> axes = WallAxes();
-  for (BuildingAxis& axis : axes) axis.sigma_rad = 0.003;
-  const auto off_rad = [&](int max_neighbours) {
-    MapLineOptions options;
-    options.neighbours.max_neighbours = max_neighbours;
-    double sum_rad = 0;
-    int lines = 0;
-    for (const MapLine& line :
-         BuildLines(views, wall, axes, {}, {}, LineSurfaces({}), options).lines) {
-      if (line.axis != LineAxis::kVertical || Length_m(line) > 0.3) continue;
-      const Eigen::Vector3d along =
-          (line.end_world - line.start_world) / (line.end_world.z() - line.start_world.z());
-      sum_rad += std::abs(along.x() + kLean_rad);  // turned from x to z
-      ++lines;
-    }
-    EXPECT_EQ(lines, 2);
-    return sum_rad / lines;
-  };
-  EXPECT_LT(off_rad(40), 0.7 * off_rad(0));
 }
 
 std::vector<WallRectangle> Row(double turn_rad) {
