@@ -141,13 +141,11 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
   for (Interval& interval : line->intervals) {
     interval = {interval.from_m - fit.shift_m, interval.to_m - fit.shift_m};
   }
-  line->bins_from_m -= fit.shift_m;
   for (EdgePoint& place : line->places) {
     for (float* along_m : {&place.along_m, &place.from_m, &place.to_m}) {
       *along_m = static_cast<float>(*along_m - fit.shift_m);
     }
   }
-  line->seen = {line->intervals.front().from_m, line->intervals.back().to_m};
 }
 
 IntervalLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
@@ -155,7 +153,7 @@ IntervalLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& opti
           line.axis < 0 ? options.max_free_spread_px : options.max_spread_px, kIntervalMinLength_m};
 }
 
-// Fits a line again to its places in its intervals; false where it does not hold.
+// Fits a line to its places in its intervals; false where it does not hold.
 bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axes,
                 const MapLineOptions& options, TrackedLine* line) {
   line->intervals = FindIntervals(*line);
@@ -221,7 +219,7 @@ std::vector<Interval> FindIntervals(const TrackedLine& line) {
   return intervals;
 }
 
-void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+void FitLines(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
   std::vector<char> holds(lines->size());

@@ -16,6 +16,8 @@ namespace {
 constexpr double kMaxSigmas = 6;
 // up to which they are the same however well they are known
 constexpr double kMergeMinDistance_m = 0.006;
+// and beyond which they are not
+constexpr double kMergeMaxDistance_m = 0.03;
 
 constexpr double kIntervalLength_m = 0.25;
 constexpr int kIntervalRounds = 4;

@@ -300,7 +300,7 @@ std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
-  FitAgain(views, images.rig(), axes, options, &lines);
+  FitLines(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines));
   ParallelFor(lines.size(), [&](size_t i) {
     lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);

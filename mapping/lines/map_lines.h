@@ -70,8 +70,8 @@ void LookForLines(const Views& views, const ViewImages& images, const Visibility
 // The intervals of a line in which enough of the views show its edge, by its bins.
 std::vector<Interval> FindIntervals(const TrackedLine& line);
 
-// Fits the lines again to their places in their intervals; those that do not hold are dropped.
-void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+// Fits the lines to their places in their intervals; those that do not hold are dropped.
+void FitLines(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines);
 
 }  // namespace slcmap::mapping

@@ -25,9 +25,6 @@ struct LineSweepOptions {
   double max_depth_m = 10;
 };
 
-// Up to which lines may be the same, where they lie beside each other.
-inline constexpr double kMergeMaxDistance_m = 0.03;
-
 struct MapLineOptions {
   double min_segment_px = 19;
   double max_depth_m = 10;     // up to which views are looked at for a line
