@@ -43,9 +43,11 @@ std::vector<CameraGroup> UsedGroups(Method method, const Rig& rig) {
   return CameraGroups(rig);
 }
 
-// One camera tells nothing of another.
+// One camera tells nothing of another, and what errs alike along the track of a line moves the
+// scale: there its segments count half.
 OdometryOptions ForRig(OdometryOptions options, const Rig& rig) {
   if (UsesRight(options.method, rig)) return options;
+  options.line_landmarks.sigma_px *= 2;
   options.calibration.right_rotation = options.calibration.right_centre = false;
   return options;
 }
