@@ -138,19 +138,12 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const Visibilit
 void MoveTo(const LineFit& fit, TrackedLine* line) {
   line->fit = fit;
   line->line = fit.line;
-  for (Interval& interval : line->intervals) {
-    interval = {interval.from_m - fit.shift_m, interval.to_m - fit.shift_m};
-  }
+  for (Interval& i : line->intervals) i = {i.from_m - fit.shift_m, i.to_m - fit.shift_m};
   for (EdgePoint& place : line->places) {
     for (float* along_m : {&place.along_m, &place.from_m, &place.to_m}) {
       *along_m = static_cast<float>(*along_m - fit.shift_m);
     }
   }
-}
-
-IntervalLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
-  return {options.min_views, options.max_sigma_m,
-          line.axis < 0 ? options.max_free_spread_px : options.max_spread_px, kIntervalMinLength_m};
 }
 
 // Fits a line to its places in its intervals; false where it does not hold.
@@ -159,7 +152,9 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
   line->intervals = FindIntervals(*line);
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
-  const IntervalLimits limits = ComputeLimits(*line, options);
+  const IntervalLimits limits = {
+      options.min_views, options.max_sigma_m,
+      line->axis < 0 ? options.max_free_spread_px : options.max_spread_px, kIntervalMinLength_m};
   const auto fit = FitIntervals(cameras, MakePrior(*line, axes), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   MoveTo(*fit, line);

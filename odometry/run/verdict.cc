@@ -185,8 +185,13 @@ void JudgeStates(const OdometryRun& run, const VerdictOptions& options, Verdict*
             "a step from one image to the next besides its speed", calibrate, verdict);
 }
 
-// Keyframes made as fast as images come are a sign that nothing is known for long.
+// Keyframes as fast as images come: nothing is known for long. A single one: nothing is judged.
 void JudgeKeyframes(const OdometryRun& run, const VerdictOptions& options, Verdict* verdict) {
+  if (run.keyframes.size() == 1) {
+    verdict->Add({VerdictLevel::kDoubtful, "keyframes",
+                  "a single one, so that no motion was measured", "two at least",
+                  "record for longer, and move the rig"});
+  }
   const double duration_s = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns);
   if (duration_s < kMinDuration_s) return;
   JudgeSize("keyframes", static_cast<double>(run.keyframes.size()) / duration_s,

@@ -129,6 +129,8 @@ TEST(Judge, StatesThatCannotBeAreNamed) {
 
 TEST(Judge, AKeyframeAnImageIsDoubtful) {
   OdometryRun run = GoodRun();
+  run.keyframes.resize(1);
+  EXPECT_EQ(FindLevel(Judged(run), "keyframes"), VerdictLevel::kDoubtful);
   run.keyframes.resize(100);
   EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
   run.keyframes.resize(190);
