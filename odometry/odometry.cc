@@ -44,7 +44,7 @@ std::vector<CameraGroup> UsedGroups(Method method, const Rig& rig) {
 }
 
 // One camera tells nothing of another, and what errs alike along the track of a line moves the
-// scale: there its segments count half.
+// scale: there its ends are twice as uncertain.
 OdometryOptions ForRig(OdometryOptions options, const Rig& rig) {
   if (UsesRight(options.method, rig)) return options;
   options.line_landmarks.sigma_px *= 2;

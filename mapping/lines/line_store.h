@@ -83,7 +83,7 @@ struct TrackedLine {
   int map = 0;            // where lines of several maps are merged
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
-  Interval seen;        // by segments, then from the first interval to the last
+  Interval seen;        // by segments, until it is fitted in its intervals
   double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
   std::vector<EdgePoint> places;
@@ -92,7 +92,7 @@ struct TrackedLine {
   SurfacesBeside surfaces;
   SideVotes sides;
   int parallels = 0;           // lines beside it, see line_kinds.h
-  std::vector<BinViews> bins;  // from bins_from_m on
+  std::vector<BinViews> bins;  // from bins_from_m on, until it is fitted too
   double bins_from_m = 0;
   std::vector<Interval> intervals;
 };
