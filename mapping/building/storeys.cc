@@ -248,22 +248,56 @@ void FindCeiling(const Surfaces& ceilings, size_t floor_columns, Level* level) {
   }
 }
 
+// Lengths of level edges, by height.
+std::map<double, double> LevelEdges(const std::vector<MapLine>& lines) {
+  constexpr double kSlope = 0.05;
+  std::map<double, double> lengths_m;
+  for (const MapLine& line : lines) {
+    const Vector3d way = line.end_world - line.start_world;
+    if (line.kind != LineKind::kEdge || std::abs(way.z()) > kSlope * way.norm()) continue;
+    lengths_m[line.start_world.z() + 0.5 * way.z()] += way.norm();
+  }
+  return lengths_m;
+}
+
+// A blank ceiling shows no surface, but the edges where walls and lamps meet it: the highest place
+// between two heights with some of them, where enough hang beneath it and hardly anything upright
+// stands above it.
+std::optional<double> FindCeilingOfEdges(const BuildingInput& input, double low_m, double high_m) {
+  constexpr double kLeastEdges_m = 4, kMostAbove = 0.005;
+  const std::map<double, double> edges = LevelEdges(input.lines);
+  for (auto top = edges.lower_bound(high_m); top != edges.lower_bound(low_m); --top) {
+    const double top_m = std::prev(top)->first;
+    double here_m = 0, moment_m2 = 0, hung_m = 0;
+    for (auto edge = edges.lower_bound(std::max(low_m, top_m - kHung_m)); edge != top; ++edge) {
+      hung_m += edge->second;
+      if (edge->first < top_m - kSamePeak_m) continue;
+      here_m += edge->second;
+      moment_m2 += edge->second * edge->first;
+    }
+    if (hung_m < kLeastEdges_m || here_m * kHungOver < kLeastEdges_m) continue;
+    const double ceiling_m = moment_m2 / here_m;
+    const double seen_m = UprightQuantile(input.points, low_m, high_m, 1 - kMostAbove, ceiling_m);
+    return seen_m <= ceiling_m + kSamePeak_m ? std::optional(ceiling_m) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 void FindTops(const BuildingInput& input, std::vector<Level>* levels) {
   constexpr double kLeastStorey_m = 1.9;
   constexpr double kTopShare = 0.995;
   for (Level& level : *levels) {
-    if (level.ceiling_m) {
-      level.top_m = *level.ceiling_m;
-      continue;
-    }
     double limit_m = std::numeric_limits<double>::infinity();
     for (const Level& other : *levels) {
       if (other.floor_m > level.floor_m + kLeastStorey_m)
         limit_m = std::min(limit_m, other.floor_m);
     }
     const double least_m = level.floor_m + kLeastStorey_m;
-    level.top_m = std::max(
-        least_m, UprightQuantile(input.points, level.floor_m, limit_m, kTopShare, least_m));
+    if (!level.ceiling_m) {
+      level.ceiling_m = FindCeilingOfEdges(input, least_m, limit_m - kSamePeak_m);
+    }
+    level.top_m = level.ceiling_m.value_or(std::max(
+        least_m, UprightQuantile(input.points, level.floor_m, limit_m, kTopShare, least_m)));
   }
 }
 

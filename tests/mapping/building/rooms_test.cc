@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mapping/building/horizontal_planes.h"
+#include "mapping/building/storeys.h"
 
 namespace slcmap {
 namespace {
@@ -181,6 +182,53 @@ TEST_F(DarkCeiling, WhatIsSeenOfMostOfItCounts) {
     for (double x = 0.1; x < 4; x += 0.1) input_.points.push_back({{x, y, 2.44}, {0, 0, -1}, 0.01});
   }
   EXPECT_NEAR(Height(4).value(), 2.44, 0.003);
+}
+
+// A blank ceiling, of which only the edges of walls and of a lamp are seen.
+class BlankCeiling : public ::testing::Test {
+ protected:
+  BlankCeiling() {
+    for (double x = 0; x < 4; x += 0.1) {
+      input_.trajectory_world.emplace_back(x, 2, 1.5);
+      for (double y = 0; y < 4; y += 0.1) input_.points.push_back({{x, y, 0}, {0, 0, 1}, 0.01});
+      for (double z = 0; z < 2; z += 0.1) input_.points.push_back({{x, 0, z}, {0, 1, 0}, 0.01});
+    }
+  }
+
+  void AddEdge(double z_m, double length_m) {
+    MapLine line;
+    line.start_world = {0, 0, z_m};
+    line.end_world = {length_m, 0, z_m};
+    line.kind = LineKind::kEdge;
+    input_.lines.push_back(line);
+  }
+
+  std::optional<double> Ceiling() const { return FindLevels(input_).front().ceiling_m; }
+
+  BuildingInput input_;
+};
+
+TEST_F(BlankCeiling, IsWhereTheHighestEdgesAre) {
+  AddEdge(2.1, 4);  // of doors
+  AddEdge(2.7, 3);
+  AddEdge(2.71, 2);
+  AddEdge(3.1, 0.5);  // too short to tell
+  EXPECT_NEAR(Ceiling().value(), 2.704, 1e-9);
+}
+
+TEST_F(BlankCeiling, IsAboveTheLampsThatHangFromIt) {
+  AddEdge(2.62, 4);
+  AddEdge(2.7, 1.2);
+  EXPECT_NEAR(Ceiling().value(), 2.7, 1e-9);
+}
+
+TEST_F(BlankCeiling, IsNotToldByFewEdgesNorBeneathWhatStandsHigher) {
+  AddEdge(2.7, 3);
+  EXPECT_FALSE(Ceiling().has_value());
+  AddEdge(2.7, 3);
+  EXPECT_TRUE(Ceiling().has_value());
+  for (double z = 2.1; z < 4; z += 0.1) input_.points.push_back({{2, 0, z}, {0, 1, 0}, 0.01});
+  EXPECT_FALSE(Ceiling().has_value());
 }
 
 }  // namespace
