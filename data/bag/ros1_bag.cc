@@ -55,7 +55,8 @@ bool SetFields(BagBytes header, Ros1Record* record) {
   return fields.ok();
 }
 
-// False where no whole header lies before `end`; the data may reach beyond.
+// False where no whole header that names a kind of record lies before `end`; the data may reach
+// beyond.
 bool ReadHeader(PlacedBytes* bytes, uint64_t at, uint64_t end, Ros1Record* record) {
   constexpr uint64_t kMostHeader = 1 << 16;
   ByteCursor start(bytes->Peek(at, 4));
@@ -65,7 +66,7 @@ bool ReadHeader(PlacedBytes* bytes, uint64_t at, uint64_t end, Ros1Record* recor
   const BagBytes header = rest.Take(size);
   record->data_size = rest.Take<uint32_t>();
   record->data_at = at + size + 8;
-  return rest.ok() && SetFields(header, record);
+  return rest.ok() && SetFields(header, record) && record->op != 0;
 }
 
 class Ros1Bag : public ChunkedBag {

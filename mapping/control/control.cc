@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <ranges>
 #include <set>
 #include <unordered_map>
 
@@ -50,15 +51,16 @@ std::vector<ControlMatch> MatchPoints(const Control& control, const PlacedPoints
 
 void RequireSeen(const Control& control, const std::vector<ControlMatch>& matches) {
   if (matches.size() >= 2) return;
-  std::set<std::string> seen;
-  for (const Sighting& sighting : control.sightings) seen.insert(sighting.name);
+  std::map<std::string, std::string> seen;
+  for (const Sighting& sighting : control.sightings) {
+    seen.emplace(sighting.name, fmt::format("{} at {}", sighting.name, sighting.stamp_ns));
+  }
   throw DataError(fmt::format(
       "{}: found {} of {} control points placed by two images or more (seen at all: {}), expected "
       "two at least: walk by them nearer and slower, or mark them in images with --marks; are "
-      "names "
-      "those of the tags, such as tag36h11:5?",
+      "names those of the tags, such as tag36h11:5?",
       control.path, matches.size(), control.points.size(),
-      seen.empty() ? "none" : fmt::format("{}", fmt::join(seen, ", "))));
+      seen.empty() ? "none" : fmt::format("{}", fmt::join(std::views::values(seen), ", "))));
 }
 
 void RequireImagesOfMarks(const Control& control,
