@@ -204,20 +204,6 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
   });
 }
 
-// Where a wall has a door or a window it is one, even where its lintel was not seen.
-void CoverOpenings(BuiltFace* built) {
-  constexpr double kShare = 0.5;
-  WallFace& wall = built->wall;
-  for (const FaceOpening& opening : built->openings) {
-    if (opening.kind == OpeningKind::kPassage) continue;
-    for (size_t i = 0; i < wall.shares.size(); ++i) {
-      const double at_m = wall.face.from_m + (static_cast<double>(i) + 0.5) * wall.step_m;
-      if (at_m < opening.from_m || at_m > opening.to_m) continue;
-      wall.shares[i] = std::max(wall.shares[i], kShare);
-    }
-  }
-}
-
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
@@ -234,7 +220,6 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
   }
   CutAtNiches(&data->faces);
-  for (BuiltFace& built : data->faces) CoverOpenings(&built);
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);
 }
 
