@@ -59,9 +59,9 @@ namespace {
 
 // What each vote weighs, as tests/benchmarks/fit_line_votes.py found it on lines of simulated
 // buildings whose edges are known: a logistic regression.
-constexpr std::array<double, kLineVotes> kWeights{2.139,  2.139,  1.113,   0.080,  0.272,
-                                                  -0.558, 1.646,  -0.271,  0.104,  1.932,
-                                                  -0.883, -0.658, -14.126, 10.979, -0.603};
+constexpr std::array<double, kLineVotes> kWeights{2.139,  2.139,   1.113,  0.272, -0.558,
+                                                  1.646,  -0.271,  0.104,  1.932, -0.883,
+                                                  -0.658, -14.126, 10.979, -0.603};
 
 }  // namespace
 
@@ -73,12 +73,10 @@ std::array<double, kLineVotes> CountVotes(const TrackedLine& line) {
   const double step = std::log(std::max(line.step_sum / brightness, kLeastStep));
   const double lasting = std::log(std::max(line.lasting_sum / brightness, kLeastStep));
   const double lasts = std::clamp(line.lasting_sum / std::max(line.step_sum, 1e-9), -1.0, 1.0);
-  const double pieces = std::max(line.sides.pieces, 1);
   const double spread_px = line.fit.spread_px;
   return {1,
           flat,
           beside.relief_m / all_m,
-          line.sides.behind / pieces,
           step,
           step * step,
           flat * step,

@@ -33,12 +33,11 @@ class LineCells {
   std::unordered_map<int64_t, std::vector<int>> members_;  // by the key of a cell
 };
 
-inline constexpr int kLineVotes = 15;
+inline constexpr int kLineVotes = 14;
 
-// What speaks for a line being an edge, and against it: whether surfaces of the cloud and patches
-// of images beside it are one plane (SurfacesBeside, SideVotes), the step of brightness across it
-// and how far from it that lasts, how many lines run beside it (CountParallels), and how well it is
-// known. The first is 1.
+// What speaks for a line being an edge, and against it: whether surfaces of the cloud beside it are
+// one plane (SurfacesBeside), the step of brightness across it and how far from it that lasts, how
+// many lines run beside it (CountParallels), and how well it is known. The first is 1.
 std::array<double, kLineVotes> CountVotes(const TrackedLine& line);
 
 // That a line is an edge, where surfaces meet or one ends, rather than a mark on a surface: grain,

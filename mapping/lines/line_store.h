@@ -63,13 +63,6 @@ class LineSurfaces {
   PointTree index_;
 };
 
-// What images say of the surfaces at its two sides (line_sides.h): the sum over pieces of the
-// log-likelihood ratio of one that lies behind the line against one plane.
-struct SideVotes {
-  double behind = 0;
-  int pieces = 0;
-};
-
 // How many views look at a bin of a line, and how many of them show its edge.
 struct BinViews {
   uint16_t shown = 0, missed = 0;
@@ -90,7 +83,6 @@ struct TrackedLine {
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   SurfacesBeside surfaces;
-  SideVotes sides;
   int parallels = 0;           // lines beside it, see line_kinds.h
   std::vector<BinViews> bins;  // from bins_from_m on, until it is fitted too
   double bins_from_m = 0;

@@ -13,7 +13,6 @@
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
-#include "mapping/lines/line_sides.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap::inline mapping {
@@ -252,7 +251,7 @@ LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views&
 namespace {
 
 // Shares of the time, about, up to the end of a step.
-constexpr double kFound = 0.5, kLooked = 0.85;
+constexpr double kFound = 0.6;
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
                  std::vector<MapLine>* map_lines) {
@@ -299,14 +298,13 @@ std::vector<TrackedLine> TrackLines(const Views& views, const ViewImages& images
                                     const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
-  LookForLines(views, images, depths, options, &lines, progress.Part(kFound, kLooked));
+  LookForLines(views, images, depths, options, &lines, progress.Part(kFound, 1));
   FitLines(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines));
   ParallelFor(lines.size(), [&](size_t i) {
     lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
   });
   CountParallels(kTextureReach_m, &lines);
-  CompareSides(views, images, depths, &lines, progress.Part(kLooked, 1));
   return lines;
 }
 
