@@ -47,17 +47,13 @@ TEST(BuildingAxes, OfAFurnishedRoomAreNotWhatAnyHeadingHas) {
   EXPECT_NEAR(Heading_deg(axes[3]), 44, 0.2);
 }
 
-TEST(BuildingAxes, AVerticalThatLeansIsThatOfTheLines) {
+TEST(BuildingAxes, TheVerticalIsThatOfTheLinesWhereThereAreSome) {
   const Eigen::Vector3d leaning = Eigen::Vector3d(0.03, 0, 1).normalized();
-  const auto axes = FindAxes({{leaning, 9, 0.001}, {-leaning, 9, 0.001}});
+  const auto axes = FindAxes({{leaning, 9, 0.001}, {-leaning, 9, 0.001}}), none = FindAxes({});
   ASSERT_EQ(axes.size(), 1u);
   EXPECT_LT(axes[0].direction_world.cross(leaning).norm(), 1e-9);
-}
-
-TEST(BuildingAxes, WithoutLinesAreTheVerticalAlone) {
-  const auto axes = FindAxes({});
-  ASSERT_EQ(axes.size(), 1u);
-  EXPECT_EQ(axes[0].direction_world, Eigen::Vector3d::UnitZ());
+  ASSERT_EQ(none.size(), 1u);
+  EXPECT_EQ(none[0].direction_world, Eigen::Vector3d::UnitZ());
 }
 
 TEST(BuildingAxes, OfARunLeaveOutWhatWasWithdrawn) {
