@@ -17,7 +17,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
 using testing::kHalf_m;
 using testing::kViews;
 using testing::SceneOfViews;
