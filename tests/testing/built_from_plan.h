@@ -12,30 +12,25 @@ struct BuildOtherwise {
   unsigned seed = 1;
   double sigma_m = 0.004;        // of offsets of faces
   double deviating_share = 0.3;  // of faces of a metre or more: 5 to 50 mm, either way
-  double missing_share = 0, extra_walls = 0;
-  double range_m = 8;
   PlanPose T_plan_world{0.7, {3, -2}};
 };
 
 struct MadeStorey {
-  BuiltStorey storey;
-  BuildOtherwise how;
-  std::vector<std::size_t> planned;  // the face of each built one; those of extra walls: the count
-  std::vector<double> deviation_m;   // of each built face
-  std::vector<std::size_t> missing;  // planned faces that were left out, and would have been seen
+  BuiltStorey storey;               // planes are numbers of the plan's faces
+  std::vector<double> deviation_m;  // of each of the plan's faces
 };
 
-// Of a walk in the plan's coordinates.
+// Of a walk from corner to corner, in the plan's coordinates.
 MadeStorey BuildFromPlan(const BuildingPlan& plan, const std::vector<Eigen::Vector2d>& walk,
                          const BuildOtherwise& how);
 
-// A walk from a free place through what one gets to from there, to places far from those before.
-std::vector<Eigen::Vector2d> InventWalk(const BuildingPlan& plan, const Eigen::Vector2d& start,
-                                        double length_m, unsigned seed);
-
 // An office floor: a corridor between rooms of different widths, with doors, and a wing that is
-// turned by 30 degrees.
-BuildingPlan MakeOfficePlan();
-inline const Eigen::Vector2d kOfficeStart{2, 7};
+// turned by 30 degrees. Rebuilt, it lacks kLackingWall and has kNewWalls; their middles.
+BuildingPlan MakeOfficePlan(bool is_rebuilt = false);
+inline const Eigen::Vector2d kLackingWall{7.7, 2.95};
+inline const std::vector<Eigen::Vector2d> kNewWalls = {{2, 3}, {11, 12.5}};
+
+// Along the corridor, into all rooms and the wing.
+std::vector<Eigen::Vector2d> WalkThroughOffice();
 
 }  // namespace slcmap::testing

@@ -4,22 +4,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "data/core/coordinate_system.h"
 #include "data/core/error.h"
-#include "data/io/file.h"
+#include "mapping/control/control_placement.h"
 #include "mapping/control/triangulation.h"
-#include "mapping/map/map_folder.h"
 #include "mapping/map/part_files.h"
 #include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
-#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -29,27 +29,28 @@ const Georeference kGrid{"EPSG:25832", {691607.25, 5334760.5, 515}, 0.7, 0.99997
 const std::vector<Vector3d> kPoints = {{10, -1.5, 0.2}, {10, 1.4, 0.3},  {10, 1.2, 1.8},
                                        {9, -1, 1.7},    {8.5, 0.8, 1.1}, {9.5, 0, 0.5}};
 
+// The points of a place on earth, and where cameras at these poses see them.
+template <typename Poses>
+void AddPoints(const Georeference& place, const Vector3d& sigma_m, const Rig& rig,
+               const Poses& poses, Control* control) {
+  for (size_t i = 0; i < kPoints.size(); ++i) {
+    const std::string name = "P" + std::to_string(i);
+    control->points.push_back({name, place * kPoints[i], sigma_m});
+    for (const auto& pose : poses) {
+      for (const int camera : {0, 1}) {
+        const RigidTransform T_world_camera = pose.T_world_imu * rig.T_imu_camera[camera];
+        const auto px = rig.cameras[camera].Project(T_world_camera.Inverse() * kPoints[i]);
+        if (px) control->sightings.push_back({name, pose.stamp_ns, camera, *px, 0.3});
+      }
+    }
+  }
+}
+
 class ControlTest : public ::testing::Test {
  protected:
   ControlTest() {
-    const CoordinateSystem system(kGrid.crs);
-    place_.scale = system.At(kGrid.origin_m)->scale;
-    for (size_t i = 0; i < kPoints.size(); ++i) {
-      const std::string name = "P" + std::to_string(i);
-      control_.points.push_back({name, place_ * kPoints[i], Vector3d::Constant(0.005)});
-      for (const StampedPose& pose : map_.keyframes) See(name, kPoints[i], pose);
-    }
-  }
-
-  void See(const std::string& name, const Vector3d& p_world, const StampedPose& pose) {
-    for (int camera = 0; camera < 2; ++camera) {
-      const Rig& rig = map_.rectified_rig;
-      const RigidTransform T_world_camera =
-          pose.T_world_imu * rig.T_imu_camera[static_cast<size_t>(camera)];
-      const auto px =
-          rig.cameras[static_cast<size_t>(camera)].Project(T_world_camera.Inverse() * p_world);
-      if (px) control_.sightings.push_back({name, pose.stamp_ns, camera, *px, 0.3});
-    }
+    place_.scale = CoordinateSystem(kGrid.crs).At(kGrid.origin_m)->scale;
+    AddPoints(place_, Vector3d::Constant(0.005), map_.rectified_rig, map_.keyframes, &control_);
   }
 
   void Place() { PlaceOnControl(control_, map_.rectified_rig, &map_); }
@@ -113,26 +114,6 @@ TEST_F(ControlTest, RefusesWhatIsElsewhere) {
                                                                HasSubstr("seen at all: none"))));
 }
 
-TEST_F(ControlTest, MapFoldersKeepThePlaceAndTheResiduals) {
-  control_.points[1].p_m.y() += 0.3;
-  Place();
-  const testing::TempFolder temp;
-  WriteMapFolder(temp.Path("map"), map_);
-  EXPECT_THAT(ReadFile(temp.Path("map/georeference.json")),
-              AllOf(HasSubstr("\"crs_name\": \"ETRS89 / UTM zone 32N\""),
-                    HasSubstr("\"latitude_deg\": 48.13")));
-  EXPECT_THAT(ReadFile(temp.Path("map/control_points.csv")), HasSubstr("\nP1,outlier,"));
-  const MapResult read = ReadMapFolder(temp.Path("map"));
-  EXPECT_EQ(read.source.georeference->origin_m, map_.source.georeference->origin_m);
-  EXPECT_EQ(read.source.georeference->turn_rad, map_.source.georeference->turn_rad);
-  ASSERT_EQ(read.control->points.size(), 6u);
-  EXPECT_EQ(read.control->points[1].status, ControlStatus::kOutlier);
-  EXPECT_NEAR(read.control->points[1].off_m.y(), map_.control->points[1].off_m.y(), 1e-4);
-  map_.control.reset();
-  WriteMapFolder(temp.Path("map"), map_);
-  EXPECT_FALSE(ReadMapFolder(temp.Path("map")).control);
-}
-
 TEST(Georeferences, MoveWithTheFrame) {
   const RigidTransform T(ExpRotation({0, 0, 0.4}), {1, 2, 3});
   const Vector3d p(4, -5, 6);
@@ -144,20 +125,8 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
   OdometryRun run = testing::MakeWallRun();
   run.source = testing::MakeSource(run);
   Control control{.path = "control.csv"};
-  const Georeference place{"", {100, 200, 5}, 2.5, 1};
-  for (size_t i = 0; i < kPoints.size(); ++i) {
-    const std::string name = "P" + std::to_string(i);
-    control.points.push_back({name, place * kPoints[i], Vector3d(0.004, 0.005, 0.01)});
-    for (const Keyframe& keyframe : run.keyframes) {
-      for (int camera = 0; camera < 2; ++camera) {
-        const auto at = static_cast<size_t>(camera);
-        const RigidTransform T_camera_world =
-            (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[at]).Inverse();
-        const auto px = run.rectified_rig.cameras[at].Project(T_camera_world * kPoints[i]);
-        if (px) control.sightings.push_back({name, keyframe.stamp_ns, camera, *px, 0.3});
-      }
-    }
-  }
+  AddPoints({"", {100, 200, 5}, 2.5, 1}, {0.004, 0.005, 0.01}, run.rectified_rig, run.keyframes,
+            &control);
   control.points[2].p_m.x() += 1;  // is left out
   const size_t before = run.landmarks.size();
   const std::vector<ControlTie> ties = TieToControl(control, &run);
@@ -172,6 +141,69 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
   }
   control.points.resize(2);
   EXPECT_TRUE(TieToControl(control, &run).empty());
+}
+
+const Georeference kPlace{"", {691604.2, 5334750.6, 515.3}, 2.5, 0.9997};
+
+// Points of a floor and the one above, exact but for the millimetres given.
+std::vector<ControlMatch> MakeMatches(const std::vector<Vector3d>& off_mm) {
+  const std::vector<Vector3d> points = {
+      {0, 0, 1}, {20, 1, 2}, {19, 12, 1.5}, {-1, 11, 5}, {8, 6, 4}};
+  std::vector<ControlMatch> matches;
+  for (size_t i = 0; i < off_mm.size(); ++i) {
+    matches.push_back({"P" + std::to_string(i), points[i], kPlace * points[i] + 1e-3 * off_mm[i],
+                       Vector3d::Constant(0.005)});
+  }
+  return matches;
+}
+
+TEST(ControlPlacement, FindsTurnAndShiftOfExactPoints) {
+  const auto placement =
+      PlaceOnPoints("c.csv", MakeMatches(std::vector<Vector3d>(5, Vector3d::Zero())), kPlace.scale);
+  EXPECT_NEAR(placement.place.turn_rad, kPlace.turn_rad, 1e-9);
+  EXPECT_LT((placement.place.origin_m - kPlace.origin_m).norm(), 1e-6);
+  EXPECT_NEAR(placement.map_scale, 1, 1e-9);
+  EXPECT_NEAR(placement.map_scale_sigma, 0.005 / std::sqrt(2.0) / 20, 2e-4);
+  EXPECT_DOUBLE_EQ(placement.scatter, 1);
+}
+
+TEST(ControlPlacement, NamesAPointThatIsOff) {
+  const auto matches = MakeMatches({{3, -2, 1}, {-4, 1, 2}, {200, 0, 0}, {1, 2, -3}, {0, -1, 0}});
+  const auto placement = PlaceOnPoints("c.csv", matches, kPlace.scale);
+  EXPECT_THAT(placement.fits, ElementsAre(true, true, false, true, true));
+  EXPECT_LT((placement.place.origin_m - kPlace.origin_m).norm(), 0.006);
+}
+
+TEST(ControlPlacement, TwoPointsDoButNotOne) {
+  EXPECT_NO_THROW(PlaceOnPoints("c.csv", MakeMatches({{0, 0, 0}, {1, 0, 0}}), kPlace.scale));
+  EXPECT_THROW(PlaceOnPoints("c.csv", {}, 1), DataError);
+}
+
+TEST(ControlPlacement, TellsWhyPointsDisagree) {
+  const std::vector<ControlMatch> good = MakeMatches(std::vector<Vector3d>(4, Vector3d::Zero()));
+  std::vector<ControlMatch> swapped = good, degrees = good, feet = good;
+  for (ControlMatch& match : swapped) std::swap(match.p_m.x(), match.p_m.y());
+  for (ControlMatch& match : degrees) {
+    match.p_m.head<2>() = 1e-5 * (match.p_m - kPlace.origin_m).head<2>() + Eigen::Vector2d(11, 48);
+  }
+  for (ControlMatch& match : feet) match.p_m /= 0.3048;
+  using Words = std::vector<const char*>;
+  for (const auto& [matches, scale, words] :
+       {std::tuple(MakeMatches({{0, 0, 0}}), kPlace.scale,
+                   Words{"c.csv: found that 0 of 1 points"}),
+        {swapped, kPlace.scale, Words{"point 'P0'", "swapped 4", "swap the"}},
+        {degrees, 1.0, Words{"point 'P0'", "degrees"}},
+        {feet, 1.0, Words{"3.27"}},
+        {MakeMatches({{0, 0, 0}, {4000, 0, 0}, {0, -7000, 0}, {2000, 3000, 0}, {0, 0, 9000}}),
+         kPlace.scale, Words{"of 5 points that the map has agree with it"}}}) {
+    std::string message;
+    try {
+      PlaceOnPoints("c.csv", matches, scale);
+    } catch (const DataError& error) {
+      message = error.what();
+    }
+    for (const char* word : words) EXPECT_THAT(message, HasSubstr(word));
+  }
 }
 
 }  // namespace

@@ -1,19 +1,13 @@
 // A room of known walls, from its images: what is mapped lies on them, and covers them.
 #include "mapping/dense/dense_map.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
 #include "data/core/error.h"
-#include "data/io/ply.h"
-#include "mapping/map/map.h"
-#include "mapping/map/part_files.h"
 #include "tests/mapping/dense/wall_depth.h"
 #include "tests/testing/room_views.h"
-#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -25,24 +19,12 @@ DenseOptions SmallOptions() {
   return options;
 }
 
-bool AreEqual(const std::vector<DensePoint>& a, const std::vector<DensePoint>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const DensePoint& p, const DensePoint& q) {
-                      return p.p_world == q.p_world && p.normal_world == q.normal_world &&
-                             p.sigma_m == q.sigma_m && p.grey == q.grey;
-                    });
-}
-
-TEST(DenseMap, LiesOnTheWallsOfARoomOnAnyNumberOfThreads) {
-  const RoomViews room(3, 0.25, 1.5);
-  const int threads = cv::getNumThreads();
-  cv::setNumThreads(1);
+TEST(DenseMap, LiesOnTheWallsOfARoomOfWhichAViewIsLost) {
+  RoomViews room(3, 0.25, 1.5);
+  room.Lose(5);
   const DenseMap map = BuildDense(room.views(), room, SmallOptions());
-  cv::setNumThreads(3);
-  EXPECT_TRUE(AreEqual(map.points, BuildDense(room.views(), room, SmallOptions()).points));
-  cv::setNumThreads(threads);
-  EXPECT_EQ(map.views_without_images, 0);
-  ASSERT_GT(map.points.size(), 3000u);
+  EXPECT_EQ(map.views_without_images, 1);
+  ASSERT_GT(map.points.size(), 2500u);
   int64_t near = 0, inward = 0;
   for (const DensePoint& point : map.points) {
     near += room.DistanceFromWalls_m(point.p_world) < 0.05;
@@ -52,18 +34,6 @@ TEST(DenseMap, LiesOnTheWallsOfARoomOnAnyNumberOfThreads) {
   const auto count = static_cast<double>(map.points.size());
   EXPECT_GT(static_cast<double>(near), 0.97 * count);
   EXPECT_GT(static_cast<double>(inward), 0.999 * count);  // in corners a patch may see two walls
-}
-
-TEST(DenseMap, SurvivesAViewWithoutImages) {
-  RoomViews room(3, 0.25, 1.5);
-  room.Lose(5);
-  const DenseMap map = BuildDense(room.views(), room, SmallOptions());
-  EXPECT_EQ(map.views_without_images, 1);
-  EXPECT_FALSE(map.points.empty());
-}
-
-TEST(DenseMap, EndsWhenAskedWithWhatIsDone) {
-  const RoomViews room(4, 0.1, 1.5);
   const DenseMap none =
       BuildDense(room.views(), room, SmallOptions(), Progress([](double) { return false; }));
   EXPECT_TRUE(none.points.empty());
@@ -80,49 +50,6 @@ TEST(DenseOptions, RefusesValuesOutOfTheirRange) {
   EXPECT_THROW(options.Check(), ConfigError);
 }
 
-TEST(DenseFile, GivesBackWhatWasWritten) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Path("dense.ply");
-  MapResult map, read;
-  map.dense = {{{-3, 2, 1}, {1, 0, 0}, 0.015625, 7}};
-  map.filled = {{{1.5, -2.25, 0.5}, {0, 0, -1}, 0.0078125, 200}};
-  WriteDensePly(path, map);
-  EXPECT_THAT(ReadPly(path).Get("vertex", path).Get("source", path).values,
-              ::testing::ElementsAre(0, 1));
-  ReadDensePly(path, &read);
-  EXPECT_TRUE(AreEqual(read.dense, map.dense));
-  EXPECT_TRUE(AreEqual(read.filled, map.filled));
-  WriteDensePly(path, {});
-  ReadDensePly(path, &read);
-  EXPECT_EQ(CountDense(read), 0u);
-}
-
-// Viewers show a cloud in colour by these names alone.
-TEST(DenseFile, IsColouredByItsGrey) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Path("dense.ply");
-  MapResult map;
-  map.dense = {{{1, 2, 3}, {0, 0, 1}, 0.01, 77}};
-  WriteDensePly(path, map);
-  const PlyElement vertices = ReadPly(path).Get("vertex", path);
-  for (const char* name : {"red", "green", "blue", "grey"}) {
-    EXPECT_EQ(vertices.Get(name, path).values.at(0), 77) << name;
-  }
-}
-
-TEST(DenseFile, RefusesASourceThatIsNone) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Path("dense.ply");
-  PlyElement vertices{"vertex", {}};
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m", "grey", "source"}) {
-    vertices.Add(name, PlyType::kFloat);
-  }
-  vertices.AppendRow({0, 0, 0, 0, 0, 1, 0.01, 77, 5});
-  WritePly(path, {{}, {vertices}, {}});
-  MapResult map;
-  EXPECT_THROW(ReadDensePly(path, &map), DataError);
-}
-
 // Space in front of a wall, at it and behind it.
 
 constexpr double kWallDepth_m = 2.02, kCell_m = 0.05, kSpacing_m = 0.04;
@@ -137,12 +64,17 @@ OccupancyOptions OccupancyTestOptions() {
 
 Eigen::Vector3d Ahead(double z_m) { return {0.1, 0.1, z_m}; }
 
+// Of a grid of depths that some views have, with some points.
+OccupancyMap Carve(const DepthGrid& grid, int views = 1,
+                   const std::vector<DensePoint>& points = {}) {
+  DepthOccupancy occupancy(OccupancyTestOptions());
+  for (int i = 0; i < views; ++i) occupancy.Add({}, testing::SmallCamera(), grid);
+  return occupancy.Finish(points, kSpacing_m);
+}
+
 TEST(DepthOccupancy, CarvesToThreeSigmasBeforeAWall) {
   constexpr double kFarSigma_m = 0.1;
-  DepthOccupancy occupancy(OccupancyTestOptions());
-  occupancy.Add({}, testing::SmallCamera(),
-                testing::WallAt(kWallDepth_m, kFarSigma_m, kNodeStep_px));
-  const OccupancyMap map = occupancy.Finish({}, kSpacing_m);
+  const OccupancyMap map = Carve(testing::WallAt(kWallDepth_m, kFarSigma_m, kNodeStep_px));
   for (double z_m = 0.3; z_m < kWallDepth_m - 3 * kFarSigma_m - kCell_m; z_m += 0.02) {
     EXPECT_TRUE(map.IsFree(Ahead(z_m))) << z_m;
   }
@@ -154,26 +86,19 @@ TEST(DepthOccupancy, CarvesToThreeSigmasBeforeAWall) {
   EXPECT_FALSE(map.IsOccupied(Ahead(kWallDepth_m + 0.2)));
 }
 
-TEST(DepthOccupancy, SaysNothingWhereDepthIsUnknown) {
+TEST(DepthOccupancy, SaysNothingWhereDepthIsUnknownOrBeyondItsRange) {
   DepthGrid half = testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px);
   for (int row = 0; row < half.rows; ++row) {
     for (int column = 0; column < half.columns / 2; ++column) half.At(column, row) = {};
   }
-  DepthOccupancy occupancy(OccupancyTestOptions());
-  occupancy.Add({}, testing::SmallCamera(), half);
-  const OccupancyMap map = occupancy.Finish({}, kSpacing_m);
+  const OccupancyMap map = Carve(half);
   EXPECT_TRUE(map.IsFree({0.5, 0, 1.5}));
   EXPECT_FALSE(map.IsFree({-0.5, 0, 1.5}));
   EXPECT_FALSE(map.IsOccupied({-0.5, 0, kWallDepth_m}));
-}
-
-TEST(DepthOccupancy, FollowsNoRayBeyondItsRange) {
-  DepthOccupancy occupancy(OccupancyTestOptions());
-  occupancy.Add({}, testing::SmallCamera(), testing::WallAt(9, 0.01, kNodeStep_px));
-  const OccupancyMap map = occupancy.Finish({}, kSpacing_m);
-  EXPECT_TRUE(map.IsFree(Ahead(3.5)));
-  EXPECT_FALSE(map.IsFree(Ahead(4.3)));
-  EXPECT_FALSE(map.IsOccupied(Ahead(9)));
+  const OccupancyMap far = Carve(testing::WallAt(9, 0.01, kNodeStep_px));
+  EXPECT_TRUE(far.IsFree(Ahead(3.5)));
+  EXPECT_FALSE(far.IsFree(Ahead(4.3)));
+  EXPECT_FALSE(far.IsOccupied(Ahead(9)));
 }
 
 TEST(DepthOccupancy, CountsACellOnceAView) {
@@ -191,13 +116,8 @@ TEST(DepthOccupancy, CountsACellOnceAView) {
 }
 
 TEST(DepthOccupancy, MakesFusedSurfacesOccupied) {
-  DepthOccupancy occupancy(OccupancyTestOptions());
-  for (int i = 0; i < 30; ++i)
-    occupancy.Add({}, testing::SmallCamera(), testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px));
-  DensePoint point;
-  point.p_world = Ahead(1);
-  point.normal_world = -Eigen::Vector3d::UnitZ();
-  const OccupancyMap map = occupancy.Finish({point}, kSpacing_m);
+  const OccupancyMap map = Carve(testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px), 30,
+                                 {{Ahead(1), -Eigen::Vector3d::UnitZ(), 0, 0}});
   EXPECT_TRUE(map.IsOccupied(Ahead(1)));
   EXPECT_TRUE(map.IsFree(Ahead(0.9)));
 }

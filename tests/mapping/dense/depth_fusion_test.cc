@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <random>
 
+#include "mapping/dense/depth_refinement.h"
+#include "mapping/views/stereo_depth.h"
 #include "tests/mapping/dense/wall_depth.h"
 #include "tests/testing/pinhole_camera.h"
+#include "tests/testing/room_views.h"
 
 namespace slcmap {
 namespace {
@@ -26,13 +29,9 @@ DepthGrid NoisyWallAt(double depth_m, double sigma_m, int seed) {
   return grid;
 }
 
-RigidTransform LookingAlongX(double x_m) {
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  return {Eigen::Quaterniond(R), {x_m, 0, 0}};
-}
-
-RigidTransform LookingBackAlongX(double x_m) {
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, -1, 1, 0, 0, 0, -1, 0).finished();
+// From a place on the x axis, along it or back.
+RigidTransform Looking(double x_m, double sense = 1) {
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, sense, -sense, 0, 0, 0, -1, 0).finished();
   return {Eigen::Quaterniond(R), {x_m, 0, 0}};
 }
 
@@ -40,7 +39,7 @@ RigidTransform LookingBackAlongX(double x_m) {
 std::vector<DensePoint> WallOfTwelveNoisyViews() {
   DepthFusion fusion((DenseOptions()));
   for (int i = 0; i < 12; ++i) {
-    fusion.Add(LookingAlongX(0.02 * i), kFusionCamera, NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
+    fusion.Add(Looking(0.02 * i), kFusionCamera, NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
   }
   return fusion.Points();
 }
@@ -64,8 +63,8 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
 TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
   DepthFusion fusion((DenseOptions()));
   for (int i = 0; i < 8; ++i) {
-    fusion.Add(LookingAlongX(0), kFusionCamera, NoisyWallAt(2.0, 0.01, i));
-    fusion.Add(LookingBackAlongX(4.03), kFusionCamera, NoisyWallAt(2.0, 0.01, 100 + i));
+    fusion.Add(Looking(0), kFusionCamera, NoisyWallAt(2.0, 0.01, i));
+    fusion.Add(Looking(4.03, -1), kFusionCamera, NoisyWallAt(2.0, 0.01, 100 + i));
   }
   int64_t near = 0, far = 0;
   for (const DensePoint& point : fusion.Points()) {
@@ -89,28 +88,21 @@ TEST(DepthFusion, ThinsOutWhereCoordinatesChangeTheirSignAsElsewhere) {
   EXPECT_NEAR(count_at(0), elsewhere, 0.1 * elsewhere);
 }
 
-TEST(DepthFusion, LeavesOutWhatIsUncertain) {
-  DenseOptions options;
-  DepthFusion uncertain(options);
-  DepthGrid wall = NoisyWallAt(2, 0.001, 1);
-  for (DepthNode& node : wall.nodes) {
-    node.sigma = static_cast<float>(1.1 * options.max_sigma_m / (2 * 2));
-  }
-  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), kFusionCamera, wall);
-  EXPECT_TRUE(uncertain.Points().empty());
+// Points of a wall that some views from one place have, each with a sigma.
+std::size_t PointsOf(int views, double sigma_m, const DenseOptions& options) {
+  DepthGrid wall = NoisyWallAt(2, 0.0001, 1);
+  for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
+  DepthFusion fusion(options);
+  for (int i = 0; i < views; ++i) fusion.Add(Looking(0), kFusionCamera, wall);
+  return fusion.Points().size();
 }
 
 TEST(DepthFusion, TakesAPlaceOnceItIsKnownToTheVoxelsSize) {
   DenseOptions options;
+  EXPECT_EQ(PointsOf(20, 1.1 * options.max_sigma_m, options), 0u) << "uncertain";
   options.max_sigma_m = 0.2;
-  DepthGrid wall = NoisyWallAt(2, 0.0001, 1);
   const double sigma_m = 2.4 * options.voxel_m;
-  for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
-  DepthFusion fusion(options);
-  fusion.Add(LookingAlongX(0), kFusionCamera, wall);
-  const std::size_t once = fusion.Points().size();
-  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), kFusionCamera, wall);
-  EXPECT_GT(fusion.Points().size(), 2 * once);
+  EXPECT_GT(PointsOf(5, sigma_m, options), 2 * PointsOf(1, sigma_m, options));
 }
 
 constexpr double kDepth_m = 2, kSigma_m = 0.01;
@@ -143,9 +135,7 @@ TEST(DepthConfirmation, TakesThreeViewsThatAgree) {
   EXPECT_GT(ConfirmedShare({{0.2, kDepth_m}, {-0.2, kDepth_m}}), 0.6);
   EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}}), 0);
   EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}, {-0.2, kDepth_m + 0.1}}), 0);
-}
-
-TEST(DepthConfirmation, CountsViewsFromOnePlaceAsOne) {
+  // Views from one place are one.
   EXPECT_EQ(ConfirmedShare({{0.2, kDepth_m}, {0.22, kDepth_m}, {0.25, kDepth_m}}), 0);
   EXPECT_EQ(ConfirmedShare({{0.02, kDepth_m}, {0.05, kDepth_m}, {-0.05, kDepth_m}}), 0);
 }
@@ -161,6 +151,92 @@ TEST(DepthConfirmation, RefusesWhatMoreViewsSeeThroughThanAgreeWith) {
   opinions = agreeing;
   for (int i = 0; i < 4; ++i) opinions.emplace_back(0.05 * i, kDepth_m / 3);  // hidden from these
   EXPECT_GT(ConfirmedShare(opinions), 0.6);
+}
+
+// The depth of one pair of a room whose depth is known: by matching, and refined below the pixel.
+
+constexpr std::size_t kView = 10;
+constexpr double kBaseline_m = 0.11;
+
+DenseOptions Options() {
+  DenseOptions options;
+  options.grid_px = 4;
+  return options;
+}
+
+int CountKnown(const DepthGrid& grid) {
+  return static_cast<int>(std::ranges::count_if(grid.nodes, &DepthNode::is_known));
+}
+
+// Views of a textured room, and the depth of one.
+class RoomDepth : public ::testing::Test {
+ protected:
+  // Of disparities, absolute.
+  std::vector<double> Errors_px(const DepthGrid& grid) const {
+    const cv::Mat depth_m = room_.TrueDepth_m(kView);
+    std::vector<double> errors_px;
+    for (int row = 0; row < grid.rows; ++row) {
+      for (int column = 0; column < grid.columns; ++column) {
+        const DepthNode& node = grid.At(column, row);
+        if (!node.is_known()) continue;
+        const double truth = 1 / depth_m.at<float>(grid.RowPixel(row), grid.ColumnPixel(column));
+        errors_px.push_back(std::abs(node.inverse_depth - truth) * kBaseline_m *
+                            room_.rig().cameras[0].fx_px);
+      }
+    }
+    return errors_px;
+  }
+
+  static double Share(const std::vector<double>& errors_px, double limit_px) {
+    const auto right =
+        std::ranges::count_if(errors_px, [&](double error_px) { return error_px < limit_px; });
+    return static_cast<double>(right) / static_cast<double>(errors_px.size());
+  }
+
+  // Refined by the other image.
+  DepthGrid Refine(const DepthGrid& grid, const cv::Mat& left, const cv::Mat& right) const {
+    DepthGrid refined = grid;
+    const DepthPyramid one(left), other(right);
+    const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
+    RefineDepth(one, {{&other, T_right_left, 0.02}}, room_.rig().cameras[0], &refined);
+    return refined;
+  }
+
+  static const RoomViews& Room() {
+    static const RoomViews room(3, 0.2, 1.5);
+    return room;
+  }
+  const RoomViews& room_ = Room();
+  const StereoImage pair_ = room_.Read(kView);
+  const DepthGrid grid_ = StereoDepth(pair_, room_.mask(0), room_.rig(), Options());
+};
+
+TEST_F(RoomDepth, IsFoundForMostOfIt) {
+  const std::vector<double> errors_px = Errors_px(grid_);
+  EXPECT_GT(errors_px.size(), grid_.nodes.size() * 6 / 10);
+  EXPECT_GT(Share(errors_px, 1), 0.95);
+}
+
+TEST_F(RoomDepth, OfMaskedPixelsAndMissingImagesIsUnknown) {
+  cv::Mat mask = room_.mask(0).clone();
+  mask.colRange(0, 150) = cv::Scalar(0);
+  const DepthGrid grid = StereoDepth(pair_, mask, room_.rig(), Options());
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; grid.ColumnPixel(column) < 150; ++column) {
+      EXPECT_FALSE(grid.At(column, row).is_known());
+    }
+  }
+  EXPECT_EQ(CountKnown(StereoDepth({}, mask, room_.rig(), Options())), 0);
+}
+
+TEST_F(RoomDepth, IsRefinedBelowThePixelWhereThereIsTexture) {
+  const std::vector<double> before_px = Errors_px(grid_),
+                            after_px = Errors_px(Refine(grid_, pair_.left, pair_.right));
+  EXPECT_GT(after_px.size(), before_px.size() * 6 / 10);
+  EXPECT_GT(Share(after_px, 0.25), 0.9);
+  EXPECT_GT(Share(after_px, 0.1), Share(before_px, 0.1));
+  const cv::Mat blank(room_.mask(0).size(), CV_8UC1, cv::Scalar(120));
+  EXPECT_EQ(CountKnown(Refine(grid_, blank, blank)), 0);
 }
 
 }  // namespace

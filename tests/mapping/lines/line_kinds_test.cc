@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mapping/lines/line_store.h"
+#include "tests/mapping/lines/painted_wall.h"
 
 namespace slcmap {
 namespace {
@@ -30,55 +31,44 @@ void AddHalfPlane(double degrees, double off_m, bool from_above, std::vector<Den
   }
 }
 
-SurfacesBeside Beside(double left_deg, double right_deg, double right_off_m = 0) {
+struct HalfPlane {
+  double degrees, off_m;
+  bool from_above;
+  double beside_m = 0;  // the line, where it starts
+};
+
+SurfacesBeside Beside(const std::vector<HalfPlane>& planes) {
   std::vector<DensePoint> cloud;
-  AddHalfPlane(left_deg, 0, true, &cloud);
-  AddHalfPlane(right_deg, right_off_m, false, &cloud);
+  for (const HalfPlane& plane : planes) {
+    const size_t first = cloud.size();
+    AddHalfPlane(plane.degrees, plane.off_m, plane.from_above, &cloud);
+    for (size_t i = first; i < cloud.size(); ++i) cloud[i].p_world.y() += plane.beside_m;
+  }
   return LineSurfaces(cloud).Beside(kLine, kMetre);
 }
 
-TEST(LineSurfaces, APlaneOnBothSidesIsFlat) {
-  EXPECT_NEAR(Beside(0, 180).flat_m, 1, 1e-9);
-  EXPECT_NEAR(Beside(60, 240).flat_m, 1, 1e-9);
-}
-
-TEST(LineSurfaces, ACreaseAStepAndAnEndAreNotFlat) {
-  EXPECT_NEAR(Beside(0, 90).relief_m, 1, 1e-9);
-  EXPECT_NEAR(Beside(0, 150).relief_m, 1, 1e-9);
-  EXPECT_NEAR(Beside(0, 180, 0.08).relief_m, 1, 1e-9);
-  std::vector<DensePoint> end;
-  AddHalfPlane(0, 0, true, &end);
-  EXPECT_NEAR(LineSurfaces(end).Beside(kLine, kMetre).relief_m, 1, 1e-9);
-}
-
-TEST(LineSurfaces, ALeafOfADoorIsFlatWhateverIsAtItsBack) {
-  std::vector<DensePoint> cloud;
-  AddHalfPlane(0, 0, true, &cloud);
-  AddHalfPlane(180, 0, false, &cloud);
-  AddHalfPlane(0, -0.05, false, &cloud);
-  AddHalfPlane(180, -0.05, true, &cloud);
-  EXPECT_NEAR(LineSurfaces(cloud).Beside(kLine, kMetre).flat_m, 1, 1e-9);
-}
-
-TEST(LineSurfaces, AFlatOneIsSoBesideAThingThatStandsOnItElsewhere) {
-  const auto with_thing_at = [](double beside_m) {
-    std::vector<DensePoint> cloud;
-    AddHalfPlane(0, 0, true, &cloud);
-    AddHalfPlane(180, 0, false, &cloud);
-    std::vector<DensePoint> thing;
-    AddHalfPlane(90, 0, false, &thing);
-    for (DensePoint& point : thing) point.p_world.y() += beside_m;
-    cloud.insert(cloud.end(), thing.begin(), thing.end());
-    return LineSurfaces(cloud).Beside(kLine, kMetre);
-  };
-  EXPECT_NEAR(with_thing_at(0.08).flat_m, 1, 1e-9);
-  EXPECT_NEAR(with_thing_at(0).relief_m, 1, 1e-9) << "it stands at the line";
+TEST(LineSurfaces, AreFlatWhereAPlaneIsOnBothSides) {
+  const HalfPlane left{0, 0, true}, right{180, 0, false};
+  for (const auto& [what, planes] : std::vector<std::pair<const char*, std::vector<HalfPlane>>>{
+           {"a plane", {left, right}},
+           {"a sloping one", {{60, 0, true}, {240, 0, false}}},
+           {"a leaf of a door, whatever is at its back",
+            {left, right, {0, -0.05, false}, {180, -0.05, true}}},
+           {"a thing stands on it elsewhere", {left, right, {90, 0, false, 0.08}}}}) {
+    EXPECT_NEAR(Beside(planes).flat_m, 1, 1e-9) << what;
+  }
+  for (const auto& [what, planes] : std::vector<std::pair<const char*, std::vector<HalfPlane>>>{
+           {"a crease", {left, {90, 0, false}}},
+           {"a blunt one", {left, {150, 0, false}}},
+           {"a step", {left, {180, 0.08, false}}},
+           {"an end", {left}},
+           {"a thing stands at the line", {left, right, {90, 0, false}}}}) {
+    EXPECT_NEAR(Beside(planes).relief_m, 1, 1e-9) << what;
+  }
 }
 
 TEST(LineSurfaces, FarFromAllPointsNothingIsKnown) {
-  std::vector<DensePoint> cloud;
-  AddHalfPlane(0, 1, true, &cloud);
-  EXPECT_NEAR(LineSurfaces(cloud).Beside(kLine, kMetre).unknown_m, 1, 1e-9);
+  EXPECT_NEAR(Beside({{0, 1, true}}).unknown_m, 1, 1e-9);
   EXPECT_NEAR(LineSurfaces({}).Beside(kLine, {{0, 0.4}, {1, 1.3}}).unknown_m, 0.7, 1e-9);
 }
 
@@ -100,21 +90,18 @@ TEST(LineKinds, WhereSurfacesBendIsAnEdgeAndAmongManyAJoint) {
   EXPECT_GT(ComputeEdgeProbability(WithStep(40, 1, {0.1, 0.9, 0})), 0.8);
   TrackedLine joint = WithStep(15, 0.2, {1, 0, 0});
   joint.parallels = 8;
-  joint.sides = {-12, 4};
   EXPECT_LT(ComputeEdgeProbability(joint), 0.2);
 }
 
 TEST(LineKinds, EachVoteCounts) {
   const TrackedLine line = WithStep(25, 0.6, {0.6, 0.4, 0});
   const double before = ComputeEdgeProbability(line);
-  TrackedLine bent = line, behind = line, strong = line, joint = line, loose = line;
+  TrackedLine bent = line, strong = line, joint = line, loose = line;
   bent.surfaces = {0.1, 0.9, 0};
-  behind.sides = {20, 5};
   strong.step_sum *= 2, strong.lasting_sum *= 2;
   joint.parallels = 6;
   loose.fit.spread_px = 0.4;
   EXPECT_GT(ComputeEdgeProbability(bent), before);
-  EXPECT_GT(ComputeEdgeProbability(behind), before);
   EXPECT_GT(ComputeEdgeProbability(strong), before);
   EXPECT_LT(ComputeEdgeProbability(joint), before);
   EXPECT_LT(ComputeEdgeProbability(loose), before);
@@ -147,49 +134,37 @@ int ParallelsOfFirst(std::vector<TrackedLine> lines) {
   return lines.front().parallels;
 }
 
-TEST(LineTexture, ThoseInOnePlaneCount) {
-  std::vector<TrackedLine> courses;
-  for (const double y_m : {0.0, 0.1, 0.2, 0.3, -0.1, -0.2}) {
-    courses.push_back(Along(y_m, 0, -1, 1));
-  }
-  EXPECT_EQ(ParallelsOfFirst(courses), 5);
-  std::swap(courses[0], courses[3]);
-  EXPECT_EQ(ParallelsOfFirst(courses), 3) << "within reach of the one at the rim";
+std::vector<TrackedLine> AtHeights(const std::vector<double>& y_m, double from_m, double to_m) {
+  std::vector<TrackedLine> lines = {Along(0, 0, -1, 1)};
+  for (const double y : y_m) lines.push_back(Along(y, 0, from_m, to_m));
+  return lines;
 }
 
-TEST(LineTexture, ThePlaneWithMostCounts) {
-  std::vector<TrackedLine> corner = {Along(0, 0, -1, 1),   Along(0.1, 0, -1, 1),
-                                     Along(0.2, 0, -1, 1), Along(0, 0.1, -1, 1),
-                                     Along(0, 0.2, -1, 1), Along(0, 0.3, -1, 1)};
-  EXPECT_EQ(ParallelsOfFirst(corner), 3);
+TEST(LineTexture, CountsThoseBesideMostOfALineInOnePlane) {
+  const std::vector<double> four = {0.1, 0.2, 0.3, -0.1};
+  std::vector<TrackedLine> at_rim = AtHeights({0.1, 0.2, 0.3, -0.1, -0.2}, -1, 1);
+  EXPECT_EQ(ParallelsOfFirst(at_rim), 5);
+  std::swap(at_rim[0], at_rim[3]);
+  EXPECT_EQ(ParallelsOfFirst(at_rim), 3) << "within reach";
+  EXPECT_EQ(ParallelsOfFirst(AtHeights(four, 0.6, 1)), 0) << "an edge that passes bricks";
+  EXPECT_EQ(ParallelsOfFirst(AtHeights(four, -0.9, 1)), 4);
+  EXPECT_EQ(ParallelsOfFirst(AtHeights({0.5}, -1, 1)), 0) << "far away";
+  EXPECT_EQ(ParallelsOfFirst(AtHeights({0.1}, 1.5, 3)), 0) << "elsewhere along it";
+  EXPECT_EQ(
+      ParallelsOfFirst({Along(0, 0, -1, 1), Along(0.1, 0, -1, 0.05), Along(0.105, 0, -0.05, 1)}), 1)
+      << "one in pieces";
+  std::vector<TrackedLine> corner = AtHeights({0.1, 0.2}, -1, 1);
+  for (const double z_m : {0.1, 0.2, 0.3}) corner.push_back(Along(0, z_m, -1, 1));
+  EXPECT_EQ(ParallelsOfFirst(corner), 3) << "the plane with most";
 }
 
-TEST(LineTexture, WhatIsFarAwayElsewhereAlongOrTurnedDoesNotCount) {
-  EXPECT_EQ(ParallelsOfFirst({Along(0, 0, -1, 1), Along(0.5, 0, -1, 1)}), 0);
-  EXPECT_EQ(ParallelsOfFirst({Along(0, 0, -1, 1), Along(0.1, 0, 1.5, 3)}), 0);
-  std::vector<TrackedLine> crossing = {Along(0, 0, -1, 1), Along(0.1, 0, -1, 1)};
+TEST(LineTexture, WhatIsTurnedOrOfAnotherSegmentDoesNotCount) {
+  std::vector<TrackedLine> crossing = AtHeights({0.1}, -1, 1), other = crossing;
+  EXPECT_EQ(ParallelsOfFirst(crossing), 1);
   crossing[1].line.direction_world = Eigen::Vector3d(1, 0.3, 0).normalized();
   EXPECT_EQ(ParallelsOfFirst(crossing), 0);
-}
-
-TEST(LineTexture, OneLineInPiecesIsOne) {
-  EXPECT_EQ(
-      ParallelsOfFirst({Along(0, 0, -1, 1), Along(0.1, 0, -1, 0.05), Along(0.105, 0, -0.05, 1)}),
-      1);
-}
-
-TEST(LineTexture, MostOfALineDecides) {
-  std::vector<TrackedLine> lines = {Along(0, 0, -1, 1)};
-  for (const double y_m : {0.1, 0.2, 0.3, -0.1}) lines.push_back(Along(y_m, 0, 0.6, 1));
-  EXPECT_EQ(ParallelsOfFirst(lines), 0) << "a long edge that passes bricks at its end";
-  for (TrackedLine& line : lines) line.intervals = {{-0.9, 1}};
-  EXPECT_EQ(ParallelsOfFirst(lines), 4);
-}
-
-TEST(LineTexture, OtherSegmentsOfTheRunDoNotCount) {
-  std::vector<TrackedLine> lines = {Along(0, 0, -1, 1), Along(0.1, 0, -1, 1)};
-  lines[1].segment = 1;
-  EXPECT_EQ(ParallelsOfFirst(lines), 0);
+  other[1].segment = 1;
+  EXPECT_EQ(ParallelsOfFirst(other), 0);
 }
 
 }  // namespace

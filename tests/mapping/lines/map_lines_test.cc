@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <opencv2/core/utility.hpp>
-#include <stdexcept>
 
 #include "odometry/geometry/pinhole.h"
 #include "tests/mapping/lines/painted_wall.h"
@@ -14,11 +12,12 @@
 namespace slcmap {
 namespace {
 
+using testing::kWallDistance_m;
 using testing::MovingViews;
 using testing::PaintedWall;
 using testing::WallRectangle;
 
-constexpr double kDistance_m = 2;
+constexpr WallRectangle kRectangle{-0.5, 0.4, -0.3, 0.4};
 
 std::vector<BuildingAxis> WallAxes() {
   return {{LineAxis::kVertical, -1, -1, Eigen::Vector3d::UnitZ(), 0.001},
@@ -26,38 +25,49 @@ std::vector<BuildingAxis> WallAxes() {
           {LineAxis::kY, 0, -1, Eigen::Vector3d::UnitY(), 0.001}};
 }
 
-std::vector<MapLine> CollectLines(const std::vector<WallRectangle>& rectangles,
-                                  const std::vector<BuildingAxis>& axes, int views = 11) {
-  const Views moving = MovingViews(views);
-  const PaintedWall wall(moving, rectangles, kDistance_m);
-  return BuildLines(moving, wall, axes, {}, {}, LineSurfaces({}), MapLineOptions()).lines;
+LinesOfMap Build(const Views& views, const PaintedWall& wall,
+                 const std::vector<BuildingAxis>& axes = WallAxes(),
+                 const VisibilityDepths& depths = {}, const std::vector<DensePoint>& cloud = {},
+                 const Progress& progress = {}) {
+  return BuildLines(views, wall, axes, {}, depths, LineSurfaces(cloud), MapLineOptions(), progress);
 }
 
-// The largest distance of a line's ends from a place (x, z) of the wall, for a vertical line, or
-// from a height, for a level one.
-bool IsAlong(const MapLine& line, int across, double place_m) {
-  for (const Eigen::Vector3d& p : {line.start_world, line.end_world}) {
-    if (std::abs(p(across) - place_m) > 0.01 || std::abs(p.y() - kDistance_m) > 0.02) return false;
-  }
-  return true;
+std::vector<MapLine> CollectLines(const std::vector<WallRectangle>& rectangles,
+                                  const std::vector<BuildingAxis>& axes = WallAxes()) {
+  const Views moving = MovingViews(11);
+  return Build(moving, PaintedWall(moving, rectangles), axes).lines;
 }
 
 double Length_m(const MapLine& line) { return (line.end_world - line.start_world).norm(); }
 
+// Those along the wall at a place of it: an x, of vertical ones, or a height.
+std::vector<MapLine> LinesAt(const std::vector<MapLine>& lines, LineAxis axis, double place_m) {
+  const int across = axis == LineAxis::kVertical ? 0 : 2;
+  const auto is_there = [&](const Eigen::Vector3d& p) {
+    return std::abs(p(across) - place_m) < 0.01 && std::abs(p.y() - kWallDistance_m) < 0.02;
+  };
+  std::vector<MapLine> found;
+  for (const MapLine& line : lines) {
+    if (line.axis == axis && is_there(line.start_world) && is_there(line.end_world)) {
+      found.push_back(line);
+    }
+  }
+  return found;
+}
+
 TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
-  const auto lines = CollectLines({{-0.5, 0.4, -0.3, 0.4}}, WallAxes());
+  const auto lines = CollectLines({kRectangle});
   ASSERT_EQ(lines.size(), 4u);
-  for (const auto& [across, place_m, length_m] :
-       {std::tuple(0, -0.5, 0.7), {0, 0.4, 0.7}, {2, -0.3, 0.9}, {2, 0.4, 0.9}}) {
-    const auto found =
-        std::find_if(lines.begin(), lines.end(), [&, a = across, p = place_m](auto& l) {
-          return l.axis == (a == 0 ? LineAxis::kVertical : LineAxis::kX) && IsAlong(l, a, p);
-        });
-    ASSERT_NE(found, lines.end()) << across << " " << place_m;
-    EXPECT_NEAR(Length_m(*found), length_m, 0.05);
-    EXPECT_GT(found->observations, 5);
-    EXPECT_LT(found->sigma_m, 0.02);
-    EXPECT_NE(found->kind, LineKind::kMark);
+  for (const auto& [axis, place_m, length_m] : {std::tuple(LineAxis::kVertical, -0.5, 0.7),
+                                                {LineAxis::kVertical, 0.4, 0.7},
+                                                {LineAxis::kX, -0.3, 0.9},
+                                                {LineAxis::kX, 0.4, 0.9}}) {
+    const auto found = LinesAt(lines, axis, place_m);
+    ASSERT_EQ(found.size(), 1u) << place_m;
+    EXPECT_NEAR(Length_m(found[0]), length_m, 0.05);
+    EXPECT_GT(found[0].observations, 5);
+    EXPECT_LT(found[0].sigma_m, 0.02);
+    EXPECT_NE(found[0].kind, LineKind::kMark);
   }
 }
 
@@ -66,29 +76,26 @@ TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
   std::vector<BuildingAxis> turned = WallAxes();
   turned[1].direction_world = {std::cos(0.4), std::sin(0.4), 0};
   turned[2].direction_world = {-std::sin(0.4), std::cos(0.4), 0};
-  const auto lines = CollectLines({{-0.5, 0.4, -0.3, 0.4}}, turned);
+  const auto lines = CollectLines({kRectangle}, turned);
   ASSERT_EQ(lines.size(), 4u);
   for (const double height_m : {-0.3, 0.4}) {
-    const auto found = std::find_if(lines.begin(), lines.end(), [&](const MapLine& line) {
-      return line.axis == LineAxis::kNone && IsAlong(line, 2, height_m);
-    });
-    ASSERT_NE(found, lines.end()) << height_m;
-    EXPECT_NEAR(Length_m(*found), 0.9, 0.05);
+    const auto found = LinesAt(lines, LineAxis::kNone, height_m);
+    ASSERT_EQ(found.size(), 1u) << height_m;
+    EXPECT_NEAR(Length_m(found[0]), 0.9, 0.05);
   }
-}
-
-std::vector<WallRectangle> Row(double turn_rad) {
-  std::vector<WallRectangle> row;
-  for (const double left_m : {-1.0, -0.4, 0.2}) {
-    row.push_back({left_m, left_m + 0.35, -0.3, 0.2, turn_rad});
-  }
-  return row;
 }
 
 // As chairs in a row, each a little askew: their edges lie along a line, but none of them on it.
 TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
-  const auto tops = [](double turn_rad) {
-    const auto lines = CollectLines(Row(turn_rad), WallAxes());
+  const auto lines_of_row = [](double turn_rad) {
+    std::vector<WallRectangle> row;
+    for (const double left_m : {-1.0, -0.4, 0.2}) {
+      row.push_back({left_m, left_m + 0.35, -0.3, 0.2, turn_rad});
+    }
+    return CollectLines(row);
+  };
+  const auto tops = [&](double turn_rad) {
+    const auto lines = lines_of_row(turn_rad);
     return std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
       return line.axis == LineAxis::kX && std::abs(line.start_world.z() - 0.2) < 0.03;
     });
@@ -96,45 +103,46 @@ TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
   EXPECT_EQ(tops(0), 3);
   // By less each top is straight enough for a line along the axis, as far as it reaches.
   EXPECT_EQ(tops(0.04), 0);
-  for (const MapLine& line : CollectLines(Row(0.03), WallAxes())) {
+  for (const MapLine& line : lines_of_row(0.03)) {
     EXPECT_TRUE(line.axis != LineAxis::kX || Length_m(line) < 0.4);
   }
 }
 
-TEST(MapLines, ADoorwayIsAGapOfOneLine) {
-  const auto lines = CollectLines({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
-  std::vector<const MapLine*> tops;
-  for (const MapLine& line : lines) {
-    if (line.axis == LineAxis::kX && IsAlong(line, 2, 0.4)) tops.push_back(&line);
+TEST(MapLines, JambsSixCentimetresApartStayTwo) {
+  const auto lines = CollectLines({{-0.5, -0.2, -0.4, 0.5}, {-0.14, 0.3, -0.4, 0.5}});
+  for (const double place_m : {-0.2, -0.14}) {
+    EXPECT_EQ(LinesAt(lines, LineAxis::kVertical, place_m).size(), 1u) << place_m;
   }
-  ASSERT_EQ(tops.size(), 2u);
-  EXPECT_EQ(tops[0]->id, tops[1]->id);
-  for (const MapLine* top : tops) EXPECT_NEAR(Length_m(*top), 0.7, 0.05);
 }
 
 // Two rectangles with a doorway between them.
 class LineEvidenceTest : public ::testing::Test {
  protected:
-  const MapLine& PieceOf(int64_t line_id, int piece) const {
-    for (const MapLine& line : built_.lines) {
-      if (line.id == line_id && piece-- == 0) return line;
-    }
-    throw std::logic_error("no such piece");
+  static void SetUpTestSuite() { built_ = Build(views_, wall_); }
+
+  static const MapLine& PieceOf(int64_t line_id, int piece) {
+    const auto first = std::ranges::find(built_.lines, line_id, &MapLine::id);
+    return *(first + piece);
   }
 
   // A place of the wall as a support's image has it.
-  Eigen::Vector2d Project(const LineSupport& support, const Eigen::Vector3d& p_world) const {
+  static Eigen::Vector2d Project(const LineSupport& support, const Eigen::Vector3d& p_world) {
     const View& view = *std::ranges::find(views_, support.stamp_ns, &View::stamp_ns);
-    const Eigen::Vector3d p =
-        WorldFromCamera(view, wall_.rig(), support.camera).Inverse() * p_world;
-    return PixelFromPlane(wall_.rig().cameras[support.camera], Eigen::Vector2d(p.hnormalized()));
+    const RigidTransform T_world_camera = WorldFromCamera(view, wall_.rig(), support.camera);
+    return *wall_.rig().cameras[support.camera].Project(T_world_camera.Inverse() * p_world);
   }
 
-  const Views views_ = MovingViews(11);
-  const PaintedWall wall_{views_, {{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, kDistance_m};
-  const LinesOfMap built_ =
-      BuildLines(views_, wall_, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions());
+  static inline const Views views_ = MovingViews(11);
+  static inline const PaintedWall wall_{views_, {{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}};
+  static inline LinesOfMap built_;
 };
+
+TEST_F(LineEvidenceTest, ADoorwayIsAGapOfOneLine) {
+  const auto tops = LinesAt(built_.lines, LineAxis::kX, 0.4);
+  ASSERT_EQ(tops.size(), 2u);
+  EXPECT_EQ(tops[0].id, tops[1].id);
+  for (const MapLine& top : tops) EXPECT_NEAR(Length_m(top), 0.7, 0.05);
+}
 
 TEST_F(LineEvidenceTest, SupportsAreWhereImagesShowThePiece) {
   ASSERT_FALSE(built_.lines.empty());
@@ -143,7 +151,7 @@ TEST_F(LineEvidenceTest, SupportsAreWhereImagesShowThePiece) {
     const MapLine& line = PieceOf(support.line_id, support.piece);
     const bool is_level = line.axis == LineAxis::kX;
     Eigen::Vector3d on_edge = 0.5 * (line.start_world + line.end_world);  // the true one
-    on_edge.y() = kDistance_m;
+    on_edge.y() = kWallDistance_m;
     if (is_level) on_edge.z() = on_edge.z() > 0 ? 0.4 : -0.3;
     if (!is_level) on_edge.x() = std::copysign(std::abs(on_edge.x()) > 0.6 ? 1 : 0.3, on_edge.x());
     const int across = is_level ? 1 : 0;
@@ -167,13 +175,11 @@ TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
     const MapLine& line = PieceOf(covariance.line_id, covariance.piece);
     const Eigen::Vector3d along = (line.end_world - line.start_world).normalized();
     EXPECT_LT((covariance.start_m2 * along).norm(), 1e-9);
-    // The displacement of places between the ends is what those of the ends say, and least near
-    // the places of the line that were seen: there it is what the line's sigma tells, and what
-    // places and views share.
+    // Between the ends it is what those of the ends say, and least near the places that were seen:
+    // there it is what the line's sigma tells, and what places and views share.
+    const Eigen::Matrix3d cross = covariance.start_end_m2 + covariance.start_end_m2.transpose();
     double least_m2 = 1e9;
-    for (int i = -50; i <= 60; ++i) {
-      const double t = 0.1 * i;
-      const Eigen::Matrix3d cross = covariance.start_end_m2 + covariance.start_end_m2.transpose();
+    for (double t = -5; t < 6.05; t += 0.1) {
       const Eigen::Matrix3d at =
           (1 - t) * (1 - t) * covariance.start_m2 + t * t * covariance.end_m2 + t * (1 - t) * cross;
       least_m2 = std::min(least_m2, at.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
@@ -184,120 +190,68 @@ TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
   }
 }
 
-// A level line half a metre long, two metres before the first view, with places so far below it.
-class MadeEvidenceTest : public ::testing::Test {
- protected:
-  MadeEvidenceTest() {
-    line_.line = {{-0.5, kDistance_m, 0}, Eigen::Vector3d::UnitX()};
-    line_.intervals = {{0, 0.5}};
-    line_.fit.across.setZero();
-    line_.fit.world_covariance.setZero();
-  }
-
-  void AddPlace(double along_m, const Interval& stretch, double below_px) {
-    // 150 pixels are a metre.
-    const Eigen::Vector2d px(239.5 + 150 * along_m, 159.5 + below_px);
-    line_.places.push_back({0,
-                            0,
-                            static_cast<float>(along_m),
-                            px.cast<float>(),
-                            {0, 1},
-                            4,
-                            static_cast<float>(stretch.from_m),
-                            static_cast<float>(stretch.to_m)});
-  }
-
-  std::vector<LineSupport> Supports() const {
-    const PaintedWall wall(views_, {}, kDistance_m);
-    return CollectEvidence({line_}, views_, ViewCameras(views_, wall.rig())).supports;
-  }
-
-  const Views views_ = MovingViews(1);
-  TrackedLine line_;
+// Of a place along a line, the stretch that it stands for, and how far below the line it is.
+struct MadePlace {
+  double along_m, from_m, to_m;
+  double below_px;
+  int samples = 4;
 };
 
-TEST_F(MadeEvidenceTest, ASupportGoesThroughItsPlaces) {
-  AddPlace(0.1, {0, 0.2}, 0.5);
-  AddPlace(0.4, {0.3, 0.48}, -0.7);
-  const auto supports = Supports();
-  ASSERT_EQ(supports.size(), 1u);
-  EXPECT_LT((supports[0].px.start - Eigen::Vector2d(239.5, 159.5 + 0.9)).norm(), 1e-5);
-  EXPECT_LT((supports[0].px.end - Eigen::Vector2d(239.5 + 72, 159.5 - 1.02)).norm(), 1e-5);
+// What images support of a level line two metres before the first view, from 239.5, 159.5 on, where
+// 150 pixels are a metre.
+std::vector<LineSupport> SupportsOf(double length_m, const std::vector<MadePlace>& places) {
+  const Views views = MovingViews(1);
+  TrackedLine line;
+  line.line = {{-0.5, kWallDistance_m, 0}, Eigen::Vector3d::UnitX()};
+  line.intervals = {{0, length_m}};
+  line.fit.across.setZero();
+  line.fit.world_covariance.setZero();
+  for (const MadePlace& p : places) {
+    const Eigen::Vector2d px(239.5 + 150 * p.along_m, 159.5 + p.below_px);
+    line.places.push_back({.along_m = static_cast<float>(p.along_m),
+                           .px = px.cast<float>(),
+                           .normal = {0, 1},
+                           .samples = p.samples,
+                           .from_m = static_cast<float>(p.from_m),
+                           .to_m = static_cast<float>(p.to_m)});
+  }
+  return CollectEvidence({line}, views, ViewCameras(views, PaintedWall(views).rig())).supports;
 }
 
-TEST_F(MadeEvidenceTest, PlacesNearEachOtherDoNotTurnALongSegment) {
-  AddPlace(0.24, {0, 0.24}, 0.3);
-  AddPlace(0.26, {0.26, 0.5}, -0.3);
-  const auto supports = Supports();
-  ASSERT_EQ(supports.size(), 1u);
-  EXPECT_NEAR(supports[0].px.start.y(), 159.5, 1e-6);
-  EXPECT_NEAR(supports[0].px.end.y(), 159.5, 1e-6);
-}
-
-TEST_F(MadeEvidenceTest, SupportsEndAtTheBorderOfTheImage) {
-  line_.intervals = {{0, 2}};
-  AddPlace(1.3, {1, 1.9}, 0);
-  const auto supports = Supports();
-  ASSERT_EQ(supports.size(), 1u);
-  EXPECT_NEAR(supports[0].px.start.x(), 389.5, 1e-6);
-  EXPECT_NEAR(supports[0].px.end.x(), 479.5, 1e-6);  // the image is 480 pixels wide
-}
-
-TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
-  AddPlace(0.1, {0, 0.2}, 2.5);
-  EXPECT_TRUE(Supports().empty());
-  line_.places.clear();
-  AddPlace(0.1, {0.095, 0.105}, 0);
-  EXPECT_TRUE(Supports().empty());
-  line_.places.clear();
-  AddPlace(0.1, {0, 0.2}, 0);
-  line_.places.back().samples = 1;
-  EXPECT_TRUE(Supports().empty());
-}
-
-TEST(MapLines, JambsSixCentimetresApartStayTwo) {
-  const auto lines = CollectLines({{-0.5, -0.2, -0.4, 0.5}, {-0.14, 0.3, -0.4, 0.5}}, WallAxes());
-  for (const double place_m : {-0.2, -0.14}) {
-    EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
-                            [&](const MapLine& l) {
-                              return l.axis == LineAxis::kVertical && IsAlong(l, 0, place_m);
-                            }),
-              1)
-        << place_m;
+TEST(MadeEvidence, ASupportGoesThroughItsPlaces) {
+  struct Row {
+    const char* what;
+    double length_m;
+    std::vector<MadePlace> places;
+    Eigen::Vector2d start_px, end_px;  // from where the line starts
+  };
+  for (const Row& row : std::vector<Row>{
+           {"two", 0.5, {{0.1, 0, 0.2, 0.5}, {0.4, 0.3, 0.48, -0.7}}, {0, 0.9}, {72, -1.02}},
+           {"so near each other that they do not turn it",
+            0.5,
+            {{0.24, 0, 0.24, 0.3}, {0.26, 0.26, 0.5, -0.3}},
+            {0, 0},
+            {75, 0}},
+           {"beyond the border of the image, 480 pixels wide",
+            2,
+            {{1.3, 1, 1.9, 0}},
+            {150, 0},
+            {240, 0}}}) {
+    SCOPED_TRACE(row.what);
+    const auto supports = SupportsOf(row.length_m, row.places);
+    ASSERT_EQ(supports.size(), 1u);
+    const Eigen::Vector2d start_px(239.5, 159.5);
+    EXPECT_LT((supports[0].px.start - start_px - row.start_px).norm(), 1e-5);
+    EXPECT_LT((supports[0].px.end - start_px - row.end_px).norm(), 1e-5);
   }
 }
 
-TEST(MapLines, ABlankWallHasNone) { EXPECT_TRUE(CollectLines({}, WallAxes()).empty()); }
-
-TEST(MapLines, AreTheSameWithAnyNumberOfThreads) {
-  const std::vector<WallRectangle> rectangles = {{-0.5, 0.4, -0.3, 0.4}, {0.6, 0.9, -0.1, 0.2}};
-  const auto many = CollectLines(rectangles, WallAxes());
-  const int threads = cv::getNumThreads();
-  cv::setNumThreads(1);
-  const auto one = CollectLines(rectangles, WallAxes());
-  cv::setNumThreads(threads);
-  ASSERT_EQ(one.size(), many.size());
-  for (size_t i = 0; i < one.size(); ++i) {
-    EXPECT_EQ(one[i].start_world, many[i].start_world);
-    EXPECT_EQ(one[i].end_world, many[i].end_world);
-  }
+TEST(MadeEvidence, WhatIsShortOrFarBesideTheLineIsLeftOut) {
+  EXPECT_FALSE(SupportsOf(0.5, {{0.1, 0, 0.2, 0}}).empty());
+  EXPECT_TRUE(SupportsOf(0.5, {{0.1, 0, 0.2, 2.5}}).empty());
+  EXPECT_TRUE(SupportsOf(0.5, {{0.1, 0.095, 0.105, 0}}).empty());
+  EXPECT_TRUE(SupportsOf(0.5, {{0.1, 0, 0.2, 0, 1}}).empty()) << "a single sample";
 }
-
-// Of which some views, from `first` on, show nothing.
-class PartlyBlindWall : public PaintedWall {
- public:
-  PartlyBlindWall(const Views& views, size_t first)
-      : PaintedWall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m), first_(first) {}
-
-  StereoImage Read(size_t view) const override {
-    StereoImage pair = PaintedWall::Read(view);
-    if (view >= first_) pair.left = pair.right = cv::Mat(320, 480, CV_8UC1, cv::Scalar(60));
-    return pair;
-  }
-
- private:
-  const size_t first_;
-};
 
 // Of 2 m x 2 m, facing away from the painted wall.
 std::vector<DensePoint> Screen(double y_m) {
@@ -311,45 +265,33 @@ std::vector<DensePoint> Screen(double y_m) {
 }
 
 TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
-  Views views = MovingViews(11);
-  for (int i = 0; i < 20; ++i) {
-    views.push_back(testing::LookingAtWall({-0.2 + 0.02 * i, -1.5, 0}, 200 + i));
+  Views views = MovingViews(6);
+  for (int i = 0; i < 10; ++i) {
+    views.push_back(testing::LookingAtWall({-0.2 + 0.04 * i, -1.5, 0}, 200 + i));
   }
-  const PartlyBlindWall wall(views, 11);
-  const auto lines_with = [&](const VisibilityDepths& depths) {
-    return BuildLines(views, wall, WallAxes(), {}, depths, LineSurfaces({}), MapLineOptions())
-        .lines;
-  };
-  EXPECT_TRUE(lines_with({}).empty());
+  const PaintedWall wall(views, {kRectangle}, 6);
+  EXPECT_TRUE(Build(views, wall).lines.empty());
   const VisibilityDepths depths(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
-  EXPECT_EQ(lines_with(depths).size(), 4u);
-}
-
-int VerticalLines(const std::vector<MapLine>& lines) {
-  return static_cast<int>(std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
-    return line.axis == LineAxis::kVertical;
-  }));
+  EXPECT_EQ(Build(views, wall, WallAxes(), depths).lines.size(), 4u);
 }
 
 // No view sees the edges from aside, but nothing else explains what these show.
 TEST(MapLines, AreFoundWhereViewsAreInOnePlaneWithThem) {
   Views rising;
-  for (int i = 0; i < 12; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.1 * i - 0.5}, i));
-  const PaintedWall wall(rising, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
-  for (const auto& cloud : {std::vector<DensePoint>(), Screen(kDistance_m)}) {
-    const std::vector<MapLine> lines =
-        BuildLines(rising, wall, WallAxes(), {}, {}, LineSurfaces(cloud), MapLineOptions()).lines;
+  for (int i = 0; i < 9; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.12 * i - 0.5}, i));
+  const PaintedWall wall(rising, {kRectangle});
+  for (const auto& cloud : {std::vector<DensePoint>(), Screen(kWallDistance_m)}) {
+    const std::vector<MapLine> lines = Build(rising, wall, WallAxes(), {}, cloud).lines;
     EXPECT_EQ(lines.size(), 4u);
-    EXPECT_EQ(VerticalLines(lines), 2);
-    for (const MapLine& line : lines) EXPECT_NEAR(line.start_world.y(), kDistance_m, 0.02);
+    EXPECT_EQ(std::ranges::count(lines, LineAxis::kVertical, &MapLine::axis), 2);
+    for (const MapLine& line : lines) EXPECT_NEAR(line.start_world.y(), kWallDistance_m, 0.02);
   }
 }
 
 TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
   const Views views = MovingViews(11);
-  const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
-  const auto built = BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(),
-                                Progress([](double) { return false; }));
+  const auto built = Build(views, PaintedWall(views, {kRectangle}), WallAxes(), {}, {},
+                           Progress([](double) { return false; }));
   EXPECT_TRUE(built.lines.empty());
   EXPECT_TRUE(built.evidence.covariances.empty() && built.evidence.supports.empty());
 }

@@ -16,43 +16,52 @@ struct WallRectangle {
   double turn_rad = 0;  // about its middle
 };
 
+inline constexpr double kWallDistance_m = 2;
+
 class PaintedWall : public ViewImages {
  public:
-  PaintedWall(Views views, std::vector<WallRectangle> rectangles, double distance_m)
-      : views_(std::move(views)), rectangles_(std::move(rectangles)), distance_m_(distance_m) {
+  // Views from `blind_from` on show nothing.
+  PaintedWall(const Views& views, const std::vector<WallRectangle>& rectangles = {},
+              size_t blind_from = 1000) {
     for (int i = 0; i < 2; ++i) {
       rig_.cameras[i] = PinholeCamera(480, 320, 300, 239.5, 159.5);
       rig_.T_imu_camera[i].translation.x() = 0.11 * i;
     }
-    mask_ = cv::Mat(320, 480, CV_8UC1, cv::Scalar(255));
+    for (const View& view : views) {
+      const bool is_blank = rectangles.empty() || images_.size() >= blind_from;
+      const auto paint = [&](int camera) {
+        return is_blank ? cv::Mat(320, 480, CV_8UC1, cv::Scalar(60))
+                        : Paint(WorldFromCamera(view, rig_, camera).Inverse(), rectangles);
+      };
+      images_.push_back({view.stamp_ns, paint(0), paint(1)});
+    }
   }
 
   const Rig& rig() const override { return rig_; }
   const cv::Mat& mask(int) const override { return mask_; }
-  StereoImage Read(size_t view) const override {
-    return {views_[view].stamp_ns, Paint(view, 0), Paint(view, 1)};
-  }
+  StereoImage Read(size_t view) const override { return images_[view]; }
 
  private:
   // Four times finer and then averaged: edges are as a camera's pixels see them.
-  cv::Mat Paint(size_t view, int camera) const {
+  static cv::Mat Paint(const RigidTransform& T_camera_world,
+                       const std::vector<WallRectangle>& rectangles) {
     constexpr int kFiner = 4, kShift = 8;
-    const RigidTransform T_camera_world = WorldFromCamera(views_[view], rig_, camera).Inverse();
     cv::Mat fine(320 * kFiner, 480 * kFiner, CV_8UC1, cv::Scalar(60));
-    for (const WallRectangle& r : rectangles_) {
+    for (const WallRectangle& r : rectangles) {
+      const Eigen::Vector2d middle(0.5 * (r.left_m + r.right_m), 0.5 * (r.bottom_m + r.top_m));
       std::vector<cv::Point> corners;
-      for (const auto& [x, z] : {std::pair(r.left_m, r.bottom_m), std::pair(r.right_m, r.bottom_m),
-                                 std::pair(r.right_m, r.top_m), std::pair(r.left_m, r.top_m)}) {
-        const Eigen::Vector2d middle(0.5 * (r.left_m + r.right_m), 0.5 * (r.bottom_m + r.top_m));
+      for (const auto& [x, z] : {std::pair(r.left_m, r.bottom_m),
+                                 {r.right_m, r.bottom_m},
+                                 {r.right_m, r.top_m},
+                                 {r.left_m, r.top_m}}) {
         const Eigen::Vector2d corner =
             middle + Eigen::Rotation2D(r.turn_rad) * (Eigen::Vector2d(x, z) - middle);
         const Eigen::Vector3d p =
-            T_camera_world * Eigen::Vector3d(corner.x(), distance_m_, corner.y());
-        const double u = 300 * p.x() / p.z() + 239.5, v = 300 * p.y() / p.z() + 159.5;
+            T_camera_world * Eigen::Vector3d(corner.x(), kWallDistance_m, corner.y());
         const auto at = [&](double px) {
           return static_cast<int>(std::lround(((px + 0.5) * kFiner - 0.5) * (1 << kShift)));
         };
-        corners.push_back({at(u), at(v)});
+        corners.push_back({at(300 * p.x() / p.z() + 239.5), at(300 * p.y() / p.z() + 159.5)});
       }
       cv::fillConvexPoly(fine, corners, cv::Scalar(170), cv::LINE_8, kShift);
     }
@@ -62,11 +71,9 @@ class PaintedWall : public ViewImages {
     return image;
   }
 
-  const Views views_;
-  const std::vector<WallRectangle> rectangles_;
-  const double distance_m_;
   Rig rig_;
-  cv::Mat mask_;
+  std::vector<StereoImage> images_;
+  cv::Mat mask_ = cv::Mat(320, 480, CV_8UC1, cv::Scalar(255));
 };
 
 // The camera looks along the world's y, its x along the world's x, its y down.

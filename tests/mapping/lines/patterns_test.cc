@@ -1,20 +1,14 @@
 #include "mapping/lines/patterns.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
-#include "data/core/error.h"
-#include "data/io/file.h"
-#include "mapping/map/part_files.h"
-#include "tests/testing/temp_folder.h"
+#include "mapping/lines/line_store.h"
 
 namespace slcmap {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 constexpr double kWall_m = 2, kCourse_m = 0.075;
 
@@ -98,40 +92,65 @@ TEST(Patterns, ThoseOfOtherPlanesAndDirectionsDoNotCount) {
   EXPECT_TRUE(FindPatterns(&lines).empty());
 }
 
-class PatternFile : public ::testing::Test {
- protected:
-  testing::TempFolder temp_;
-  const std::string path_ = temp_.Path("patterns.json");
-};
-
-TEST_F(PatternFile, IsReadAsItWasWritten) {
-  std::vector<MapLine> lines = Joints();
-  Number(&lines);
-  const std::vector<MapPattern> patterns = FindPatterns(&lines);
-  WritePatterns(path_, patterns);
-  const std::vector<MapPattern> read = ReadPatterns(path_);
-  ASSERT_EQ(read.size(), patterns.size());
-  EXPECT_NEAR(read[0].spacing_m, patterns[0].spacing_m, 1e-6);
-  EXPECT_EQ(read[0].line_ids, patterns[0].line_ids);
-  EXPECT_NEAR((read[0].origin_world - patterns[0].origin_world).norm(), 0, 1e-4);
-  WritePatterns(path_, read);
-  const std::string text = ReadFile(path_);
-  WritePatterns(path_, ReadPatterns(path_));
-  EXPECT_EQ(ReadFile(path_), text);
+DirectedLine Level(double heading_deg, double length_m) {
+  const double angle = heading_deg * M_PI / 180;
+  return {{std::cos(angle), std::sin(angle), 0}, length_m, 0.002};
 }
 
-TEST_F(PatternFile, WhatCannotBeIsNamed) {
-  MapPattern pattern;
-  pattern.spacing_m = 0.1;
-  pattern.direction_world = {0.5, 0, 0};
-  WritePatterns(path_, {pattern});
-  EXPECT_THAT([&] { ReadPatterns(path_); },
-              ThrowsMessage<DataError>(HasSubstr("pattern 0: direction")));
-  pattern.direction_world = {1, 0, 0};
-  pattern.across_m = {1, -1};
-  WritePatterns(path_, {pattern});
-  EXPECT_THAT([&] { ReadPatterns(path_); },
-              ThrowsMessage<DataError>(HasSubstr("expected the lesser first")));
+double Heading_deg(const BuildingAxis& axis) {
+  return std::atan2(axis.direction_world.y(), axis.direction_world.x()) * 180 / M_PI;
+}
+
+TEST(BuildingAxes, OfABuildingAreThoseThatItsLinesShare) {
+  const std::vector<DirectedLine> lines = {
+      Level(20, 6), Level(110, 4), Level(-160, 3), Level(55, 1), {{0, 0, -1}, 8, 0.001}};
+  const auto axes = FindAxes(lines);
+  ASSERT_EQ(axes.size(), 3u);
+  EXPECT_EQ(axes[0].axis, LineAxis::kVertical);
+  EXPECT_EQ(axes[1].axis, LineAxis::kX);
+  EXPECT_NEAR(Heading_deg(axes[1]), 20, 0.1);
+  EXPECT_NEAR(Heading_deg(axes[2]), 110, 0.1);
+}
+
+TEST(BuildingAxes, OfAWingTurnedByTwelveDegreesAreItsOwn) {
+  const auto axes = FindAxes({Level(0, 12), Level(90, 9), Level(12, 8), Level(102, 5)});
+  ASSERT_EQ(axes.size(), 5u);
+  EXPECT_NEAR(Heading_deg(axes[1]), 0, 0.1);
+  EXPECT_NEAR(Heading_deg(axes[3]), 12, 0.1);
+  EXPECT_EQ(axes[3].world, 1);
+}
+
+TEST(BuildingAxes, OfAFurnishedRoomAreNotWhatAnyHeadingHas) {
+  std::vector<DirectedLine> lines = {Level(20, 60), Level(44, 40)};
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any_deg(0, 180);
+  for (int i = 0; i < 800; ++i) lines.push_back(Level(any_deg(random), 1));
+  const auto axes = FindAxes(lines);
+  ASSERT_EQ(axes.size(), 5u);
+  EXPECT_NEAR(Heading_deg(axes[1]), 20, 0.2);
+  EXPECT_NEAR(Heading_deg(axes[3]), 44, 0.2);
+}
+
+TEST(BuildingAxes, TheVerticalIsThatOfTheLinesWhereThereAreSome) {
+  const Eigen::Vector3d leaning = Eigen::Vector3d(0.03, 0, 1).normalized();
+  const auto axes = FindAxes({{leaning, 9, 0.001}, {-leaning, 9, 0.001}}), none = FindAxes({});
+  ASSERT_EQ(axes.size(), 1u);
+  EXPECT_LT(axes[0].direction_world.cross(leaning).norm(), 1e-9);
+  ASSERT_EQ(none.size(), 1u);
+  EXPECT_EQ(none[0].direction_world, Eigen::Vector3d::UnitZ());
+}
+
+TEST(BuildingAxes, OfARunLeaveOutWhatWasWithdrawn) {
+  OdometryRun run;
+  run.line_deviation_rad = 0.003;
+  run.manhattan_worlds = {{.heading_rad = 0.1}, {.heading_rad = 0.5, .withdrawn = true}};
+  const auto axes = AxesOfRun(run, 0.0005);
+  ASSERT_EQ(axes.size(), 3u);
+  EXPECT_EQ(axes[1].world, 0);
+  // Lines may be farther off than the run has learned.
+  EXPECT_NEAR(axes[1].sigma_rad, 1.4 * 0.003, 1e-12);
+  run.line_deviation_rad = 0;
+  EXPECT_EQ(AxesOfRun(run, 0.0005)[1].sigma_rad, 0.0005);
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "mapping/map/point_index.h"
 #include "mapping/pipes/outlines.h"
@@ -15,7 +17,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
 using testing::kHalf_m;
 using testing::kViews;
 using testing::SceneOfViews;
@@ -40,8 +41,11 @@ SceneOfViews PipeOf(double radius_m, double turn_rad) {
 }
 
 // A line at each place in all views, or only in those whose view of it `shows` says so.
-template <typename Shows>
-void AddEdges(const std::vector<Vector2d>& places, Shows shows, SceneOfViews* scene) {
+void AddEdges(
+    const std::vector<Vector2d>& places, SceneOfViews* scene,
+    const std::function<bool(const Vector2d&, int)>& shows = [](const auto&, int) {
+      return true;
+    }) {
   for (const Vector2d& place : places) {
     const int line = scene->AddLine(place);
     for (int view = 0; view < kViews; ++view) {
@@ -52,8 +56,7 @@ void AddEdges(const std::vector<Vector2d>& places, Shows shows, SceneOfViews* sc
 
 SceneOfViews PanelOf(double width_m, double turn_rad) {
   SceneOfViews scene(turn_rad);
-  AddEdges(
-      {{0, -width_m / 2}, {0, width_m / 2}}, [](const Vector2d&, int) { return true; }, &scene);
+  AddEdges({{0, -width_m / 2}, {0, width_m / 2}}, &scene);
   for (double y_m = -0.45 * width_m; y_m < 0.46 * width_m; y_m += 0.1 * width_m) {
     scene.AddPoints({0, y_m}, {1, 0});
   }
@@ -65,27 +68,31 @@ SceneOfViews SquarePostOf(double side_m, double turn_rad) {
   SceneOfViews scene(turn_rad);
   const double h_m = side_m / 2;
   const std::vector<Vector2d> corners = {{h_m, h_m}, {h_m, -h_m}, {-h_m, h_m}, {-h_m, -h_m}};
-  const auto angle_of = [&](const Vector2d& corner, int view) {
-    const Vector2d centre = scene.Centre(view), way = corner - centre;
-    return std::atan2(centre.x() * way.y() - centre.y() * way.x(), -centre.dot(way));
-  };
-  AddEdges(
-      corners,
-      [&](const Vector2d& corner, int view) {
-        const double angle_rad = angle_of(corner, view);
-        return std::ranges::none_of(corners,
-                                    [&](const Vector2d& other) {
-                                      return angle_of(other, view) > angle_rad + 1e-9;
-                                    }) ||
-               std::ranges::none_of(corners, [&](const Vector2d& other) {
-                 return angle_of(other, view) < angle_rad - 1e-9;
-               });
-      },
-      &scene);
+  AddEdges(corners, &scene, [&](const Vector2d& corner, int view) {
+    const auto angle = [&](const Vector2d& p) {
+      const Vector2d centre = scene.Centre(view), way = p - centre;
+      return std::atan2(centre.x() * way.y() - centre.y() * way.x(), -centre.dot(way));
+    };
+    const auto [least, most] = std::ranges::minmax(corners, {}, angle);
+    return angle(corner) < angle(least) + 1e-9 || angle(corner) > angle(most) - 1e-9;
+  });
   for (double y_m = -0.9 * h_m; y_m < h_m; y_m += 0.2 * h_m) {
     scene.AddPoints({h_m, y_m}, {1, 0});
     scene.AddPoints({y_m, h_m}, {0, 1});
     scene.AddPoints({y_m, -h_m}, {0, -1});
+  }
+  return scene;
+}
+
+// Seen corner on, two sides of it slope away as the front of a pipe does.
+SceneOfViews PostCornerOn(double side_m, double turn_rad) {
+  SceneOfViews scene(turn_rad);
+  const double d_m = side_m / std::sqrt(2.0);
+  AddEdges({{0, d_m}, {0, -d_m}, {d_m, 0}}, &scene);
+  for (double share = 0.05; share < 1; share += 0.1) {
+    for (const double side : {-1.0, 1.0}) {
+      scene.AddPoints({(1 - share) * d_m, side * share * d_m}, Way(side * M_PI / 4));
+    }
   }
   return scene;
 }
@@ -104,27 +111,36 @@ TEST(Pipes, AreFoundByOutlinesThatMove) {
   }
 }
 
-// Views from one side alone do not tell the outlines of a pipe from those of a bar.
-TEST(Pipes, OfOneSideStayLines) {
-  EXPECT_TRUE(FindPipes(PipeOf(0.1, 0.1).map(), {}).pipes.empty());
-  EXPECT_TRUE(FindPipes(PipeOf(0.05, 0.1).map(), {}).pipes.empty());
-}
-
-TEST(Pipes, PanelsAreNone) {
-  for (const double width_m : {0.08, 0.2, 0.4}) {
-    for (const double turn_rad : {0.1, 0.5, 1.4}) {
-      EXPECT_TRUE(FindPipes(PanelOf(width_m, turn_rad).map(), {}).pipes.empty())
-          << width_m << " " << turn_rad;
+TEST(Pipes, WhatIsFlatOrSquareIsNone) {
+  struct Thing {
+    const char* what;
+    SceneOfViews (*make)(double size_m, double turn_rad);
+    std::vector<double> sizes_m, turns_rad;
+  };
+  for (const Thing& thing : std::vector<Thing>{
+           {"panels", PanelOf, {0.08, 0.2, 0.4}, {0.1, 0.5, 1.4}},
+           {"square posts", SquarePostOf, {0.08, 0.12, 0.3}, {0.1, 1.0, 2.5}},
+           {"square posts corner on", PostCornerOn, {0.1, 0.15, 0.3}, {0.1, 0.6}},
+           // Views from one side alone do not tell the outlines of a pipe from those of a bar.
+           {"pipes from one side", PipeOf, {0.05, 0.1}, {0.1}}}) {
+    for (const double size_m : thing.sizes_m) {
+      for (const double turn_rad : thing.turns_rad) {
+        EXPECT_TRUE(FindPipes(thing.make(size_m, turn_rad).map(), {}).pipes.empty())
+            << thing.what << " " << size_m << " " << turn_rad;
+      }
     }
   }
+  // Edges with nothing between them, as of a door frame.
+  SceneOfViews frame = PanelOf(0.2, 1.4);
+  for (DensePoint& point : frame.map().dense) point.p_world.x() -= 1;
+  EXPECT_TRUE(FindPipes(frame.map(), {}).pipes.empty());
 }
 
 // As joints of bricks are, whose depth images hardly know: the front of a pipe between them would
 // be nearer to the wall than the plane through both.
 TEST(Pipes, LinesOnAWallAreNoneWhereImagesHaveThemBehindIt) {
   SceneOfViews scene(0.1);
-  AddEdges(
-      {{-0.03, -0.04}, {-0.03, 0.04}}, [](const Vector2d&, int) { return true; }, &scene);
+  AddEdges({{-0.03, -0.04}, {-0.03, 0.04}}, &scene);
   for (double y_m = -0.15; y_m < 0.15; y_m += 0.01) scene.AddPoints({0, y_m}, {1, 0});
   const MapResult& map = scene.map();
   const std::vector<Outline> outlines = CollectOutlines(map);
@@ -134,45 +150,6 @@ TEST(Pipes, LinesOnAWallAreNoneWhereImagesHaveThemBehindIt) {
   ASSERT_TRUE(fit);
   const PointTree index(map.dense);
   EXPECT_LT(ComputePipeLogRatio(fit->cylinder, {-kHalf_m, kHalf_m}, both, {map.dense, index}), -10);
-}
-
-TEST(Pipes, SquarePostsAreNone) {
-  for (const double side_m : {0.08, 0.12, 0.3}) {
-    for (const double turn_rad : {0.1, 1.0, 2.5}) {
-      EXPECT_TRUE(FindPipes(SquarePostOf(side_m, turn_rad).map(), {}).pipes.empty())
-          << side_m << " " << turn_rad;
-    }
-  }
-}
-
-// Seen corner on, two sides of it slope away as the front of a pipe does.
-SceneOfViews PostCornerOn(double side_m, double turn_rad) {
-  SceneOfViews scene(turn_rad);
-  const double d_m = side_m / std::sqrt(2.0);
-  AddEdges(
-      {{0, d_m}, {0, -d_m}, {d_m, 0}}, [](const Vector2d&, int) { return true; }, &scene);
-  for (double share = 0.05; share < 1; share += 0.1) {
-    for (const double side : {-1.0, 1.0}) {
-      scene.AddPoints({(1 - share) * d_m, side * share * d_m}, Way(side * M_PI / 4));
-    }
-  }
-  return scene;
-}
-
-TEST(Pipes, SquarePostsSeenCornerOnAreNone) {
-  for (const double side_m : {0.1, 0.15, 0.3}) {
-    for (const double turn_rad : {0.1, 0.6}) {
-      EXPECT_TRUE(FindPipes(PostCornerOn(side_m, turn_rad).map(), {}).pipes.empty())
-          << side_m << " " << turn_rad;
-    }
-  }
-}
-
-// Edges with nothing between them, as of a door frame.
-TEST(Pipes, EdgesThatOneSeesBetweenAreNone) {
-  SceneOfViews scene = PanelOf(0.2, 1.4);
-  for (DensePoint& point : scene.map().dense) point.p_world.x() -= 1;
-  EXPECT_TRUE(FindPipes(scene.map(), {}).pipes.empty());
 }
 
 // Where other views show other outlines of it, a pipe goes on.
@@ -206,12 +183,16 @@ TEST(Pipes, GoOnAsFarAsLinesOnTheirSurfaceDo) {
   EXPECT_TRUE(FindPipes(scene.map(), options).pipes.empty());
 }
 
-TEST(Pipes, WhatTheyExplainLeavesTheLines) {
+TEST(Pipes, WhatTheyExplainLeavesTheLinesUnlessThatIsOff) {
   SceneOfViews scene = PipeOf(0.06, 1.4);
   // A seam on the pipe, and an edge beside it.
-  AddEdges(
-      {{0.06, 0}, {0.2, 0.3}}, [](const Vector2d&, int) { return true; }, &scene);
+  AddEdges({{0.06, 0}, {0.2, 0.3}}, &scene);
   MapResult& map = scene.map();
+  PipeOptions off;
+  off.find = false;
+  AddPipes(off, {}, &map);
+  EXPECT_TRUE(map.pipes.empty());
+  EXPECT_EQ(map.lines.size(), 4u);
   AddPipes({}, {}, &map);
   ASSERT_EQ(map.pipes.size(), 1u);
   ASSERT_EQ(map.lines.size(), 1u);
@@ -219,15 +200,6 @@ TEST(Pipes, WhatTheyExplainLeavesTheLines) {
   ASSERT_EQ(map.line_evidence.covariances.size(), 1u);
   EXPECT_EQ(map.line_evidence.supports.size(), static_cast<size_t>(kViews));
   for (const LineSupport& support : map.line_evidence.supports) EXPECT_EQ(support.line_id, 3);
-}
-
-TEST(Pipes, AreNotLookedForWhereThatIsOff) {
-  SceneOfViews scene = PipeOf(0.06, 1.4);
-  PipeOptions options;
-  options.find = false;
-  AddPipes(options, {}, &scene.map());
-  EXPECT_TRUE(scene.map().pipes.empty());
-  EXPECT_EQ(scene.map().lines.size(), 2u);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -55,16 +56,12 @@ void ExpectRoom(const BuildingPlan& plan, double off_m) {
   EXPECT_LT((0.5 * (door.start + door.end) - Vector2d(3.45, 0.9)).norm(), 0.011);
 }
 
-TEST(PlanFiles, ReadsAnImage) {
-  const testing::TempFolder folder;
-  const auto plans = ReadPlans(DrawRoom(folder.Path()), 0.01);
-  ASSERT_EQ(plans.size(), 1u);
-  ExpectRoom(plans[0], 0.002);
-}
-
-TEST(PlanFiles, ImageNeedsItsScale) {
+TEST(PlanFiles, ReadsAnImageOfAScale) {
   const testing::TempFolder folder;
   const std::string path = DrawRoom(folder.Path());
+  const auto plans = ReadPlans(path, 0.01);
+  ASSERT_EQ(plans.size(), 1u);
+  ExpectRoom(plans[0], 0.002);
   EXPECT_THAT(MessageOf<ConfigError>([&] { ReadPlans(path, 0); }), HasSubstr("--plan-pixel-m"));
   EXPECT_THAT(MessageOf<ConfigError>([&] { ReadPlans(path, 5); }), HasSubstr("--plan-pixel-m"));
   EXPECT_THAT(MessageOf<DataError>([&] { ReadPlans(path, 0.0002); }), HasSubstr("in metres"));
@@ -81,64 +78,55 @@ TEST(PlanFiles, RefusesWhatIsNoPlan) {
   EXPECT_THAT(MessageOf<DataError>([&] { ReadPlans(dark, 0.01); }), HasSubstr("dark walls"));
 }
 
-constexpr char kRoomRings[] =
-    "[[[0.8,0.8],[3,0.8],[3,1],[1,1],[1,6],[9,6],[9,1],[3.9,1],[3.9,0.8],[9.2,0.8],[9.2,6.2],"
-    "[0.8,6.2],[0.8,0.8]]]";
+// Walls, from outside along the doorway to inside.
+const std::vector<Vector2d> kRoomRing = {{0.8, 0.8}, {3, 0.8},   {3, 1},     {1, 1},
+                                         {1, 6},     {9, 6},     {9, 1},     {3.9, 1},
+                                         {3.9, 0.8}, {9.2, 0.8}, {9.2, 6.2}, {0.8, 6.2}};
+
+BuildingPlan ReadGeoJson(const std::string& geometry) {
+  const testing::TempFolder folder;
+  return ReadPlans(folder.Write("room.geojson", geometry), 0)[0];
+}
 
 TEST(PlanFiles, ReadsGeoJsonAreas) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Write(
-      "room.geojson",
-      std::string("{\"type\":\"FeatureCollection\",\"features\":[{\"type\":\"Feature\","
-                  "\"properties\":{},\"geometry\":{\"type\":\"Polygon\",\"coordinates\":") +
-          kRoomRings + "}}]}");
-  ExpectRoom(ReadPlans(path, 0)[0], 1e-6);
+  std::string ring;
+  for (const Vector2d& p : kRoomRing) ring += fmt::format("[{},{}],", p.x(), p.y());
+  ExpectRoom(ReadGeoJson("{\"type\":\"FeatureCollection\",\"features\":[{\"type\":\"Feature\","
+                         "\"properties\":{},\"geometry\":{\"type\":\"Polygon\",\"coordinates\":[[" +
+                         ring + "[0.8,0.8]]]}}]}"),
+             1e-6);
+  const BuildingPlan room =
+      ReadGeoJson("{\"type\":\"Polygon\",\"coordinates\":[[[1,1],[9,1],[9,6],[1,6],[1,1]]]}");
+  EXPECT_NEAR(LengthOn(room, {5, 1}, {0, 1}, 1e-6), 8, 1e-6) << "a wide area is a room";
+  EXPECT_NEAR(LengthOn(room, {9, 3}, {-1, 0}, 1e-6), 5, 1e-6);
+  EXPECT_THAT(
+      MessageOf<DataError>([] {
+        ReadGeoJson(
+            "{\"type\":\"LineString\",\"coordinates\":[[8.5417,47.3769],[8.5419,47.3769]]}");
+      }),
+      HasSubstr("in metres"));
 }
 
-TEST(PlanFiles, WideGeoJsonAreasAreRooms) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Write(
-      "room.geojson", "{\"type\":\"Polygon\",\"coordinates\":[[[1,1],[9,1],[9,6],[1,6],[1,1]]]}");
-  const BuildingPlan plan = ReadPlans(path, 0)[0];
-  EXPECT_NEAR(LengthOn(plan, {5, 1}, {0, 1}, 1e-6), 8, 1e-6);
-  EXPECT_NEAR(LengthOn(plan, {9, 3}, {-1, 0}, 1e-6), 5, 1e-6);
-}
-
-TEST(PlanFiles, DegreesAreRefused) {
-  const testing::TempFolder folder;
-  const std::string path =
-      folder.Write("room.geojson",
-                   "{\"type\":\"LineString\",\"coordinates\":[[8.5417,47.3769],[8.5419,47.3769]]}");
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadPlans(path, 0); }), HasSubstr("in metres"));
-}
-
-std::string Dxf(const std::string& layer, const std::string& insunits, double scale) {
-  std::string text = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n" + insunits +
-                     "\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
-  const std::vector<Vector2d> ring = {{0.8, 0.8}, {3, 0.8},   {3, 1},     {1, 1},
-                                      {1, 6},     {9, 6},     {9, 1},     {3.9, 1},
-                                      {3.9, 0.8}, {9.2, 0.8}, {9.2, 6.2}, {0.8, 6.2}};
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vector2d a = scale * ring[i], b = scale * ring[(i + 1) % ring.size()];
-    text += "0\nLINE\n8\n" + layer + "\n10\n" + std::to_string(a.x()) + "\n20\n" +
-            std::to_string(a.y()) + "\n11\n" + std::to_string(b.x()) + "\n21\n" +
-            std::to_string(b.y()) + "\n";
+std::string Dxf(const std::string& layer, int units, double scale) {
+  std::string text = fmt::format(
+      "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n", units);
+  for (std::size_t i = 0; i < kRoomRing.size(); ++i) {
+    const Vector2d a = scale * kRoomRing[i], b = scale * kRoomRing[(i + 1) % kRoomRing.size()];
+    text += fmt::format("0\nLINE\n8\n{}\n10\n{}\n20\n{}\n11\n{}\n21\n{}\n", layer, a.x(), a.y(),
+                        b.x(), b.y());
   }
   return text + "0\nENDSEC\n0\nEOF\n";
 }
 
 TEST(PlanFiles, ReadsDxfInItsUnits) {
   const testing::TempFolder folder;
-  ExpectRoom(ReadPlans(folder.Write("m.dxf", Dxf("A-Wall", "6", 1)), 0)[0], 1e-6);
-  ExpectRoom(ReadPlans(folder.Write("mm.dxf", Dxf("WALLS", "4", 1000)), 0)[0], 1e-6);
-}
-
-TEST(PlanFiles, RefusesDxfWithoutWallsOrUnits) {
-  const testing::TempFolder folder;
-  const std::string other = folder.Write("a.dxf", Dxf("FURNITURE", "6", 1));
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadPlans(other, 0); }), HasSubstr("FURNITURE"));
-  const std::string large = folder.Write("b.dxf", Dxf("WALL", "0", 1000));
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadPlans(large, 0); }), HasSubstr("in metres"));
+  const auto read = [&](const std::string& dxf) {
+    return ReadPlans(folder.Write("room.dxf", dxf), 0)[0];
+  };
+  ExpectRoom(read(Dxf("A-Wall", 6, 1)), 1e-6);
+  ExpectRoom(read(Dxf("WALLS", 4, 1000)), 1e-6);
+  EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("FURNITURE", 6, 1)); }), HasSubstr("FURNITURE"));
+  EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("WALL", 0, 1000)); }), HasSubstr("in metres"));
 }
 
 }  // namespace
