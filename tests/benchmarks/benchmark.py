@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Prints tables for BENCHMARK.md from the compare.json of `slcmap compare`, or, for real.sh, writes
-those of real recordings into the file itself.
+"""Writes the tables of real recordings into BENCHMARK.md, from the compare.json of `slcmap compare`;
+for real.sh.
 
-usage: tests/benchmarks/benchmark.py REPORT/compare.json [--real BENCHMARK.md]
+usage: tests/benchmarks/benchmark.py REPORT/compare.json --real BENCHMARK.md
 """
 import json
 import os
@@ -12,17 +12,6 @@ import sys
 # What each method stands for in the paper: SLC-VIO, Robotica 2022, doi 10.1017/S0263574721001958.
 SYSTEMS = {"points-mono": "VINS-Mono", "points": "VINS-Fusion", "points-lines": "PL-VIO",
            "structural": "SL-VIO", "slc": "SLC-VIO"}
-
-# How the sequences of these names are made.
-SCENES = "config/scenes/"
-SIMULATED = {
-    "corridor": "office_corridor.yaml",
-    "office": "office_floor.yaml",
-    "hall_MH_04": "machine_hall.yaml --trajectory MH_04 --from 20 --duration 40",
-    "hall_MH_05": "machine_hall.yaml --trajectory MH_05 --from 25 --duration 40",
-    "corridor_inexact": "office_corridor.yaml --inexact 1 --inexact-seed 1",
-    "office_inexact": "office_floor.yaml --inexact 1 --inexact-seed 2 --seed 3",
-}
 
 PAPER_EUROC = {  # position RMSE in m after alignment
     "MH_01_easy": {"points": 0.194, "points-mono": 0.206, "points-lines": 0.095,
@@ -68,25 +57,6 @@ def ours(report, methods, figure, digits):
 
 def paper_row(name, values, methods, digits):
     return [name] + [f"{values[m]:.{digits}f}" if m in values else "-" for m in methods]
-
-
-def losses(report, subject):
-    """Where the subject is not the best, in words."""
-    lines = []
-    for sequence in report["sequences"]:
-        by_name = {m["name"]: m["figures"] for m in sequence["methods"]}
-        own = by_name.get(subject, {})
-        for key, info in report["figures"].items():
-            sign = 1 if info["less_is_better"] else -1
-            if key not in own:
-                continue
-            better = sorted((sign * f[key]["mean"], n) for n, f in by_name.items()
-                            if key in f and sign * f[key]["mean"] < sign * own[key]["mean"])
-            if better:
-                value = sign * better[0][0]
-                lines.append(f"- {sequence['name']}, {info['label']}: {own[key]['mean']:.3g} "
-                             f"{info['unit']}, {better[0][1]} {value:.3g}")
-    return "\n".join(lines) + "\n" if lines else "Nowhere in these figures.\n"
 
 
 def ratio_rows(report, figure, a, b):
@@ -183,27 +153,6 @@ def straightness(report, methods):
     return text
 
 
-def simulated_half(report):
-    methods = methods_of(report)
-    commands = "".join(f"    build/bin/slcmap simulate {SCENES}{SIMULATED[s['name']]} -o {s['name']}\n"
-                       for s in report["sequences"] if s["name"] in SIMULATED)
-    commands += (f"    build/bin/{report['command']} -o REPORT\n"
-                 "    tests/benchmarks/benchmark.py REPORT/compare.json\n")
-    rows = [paper_row(f"paper: EuRoC {name}", v, methods, 3) for name, v in PAPER_EUROC.items()]
-    rows.append(paper_row("paper: TUM VI corridors", PAPER_CORRIDORS, methods, 3))
-    return ("# Benchmark\n\nThe tables of the paper that the method is of, beside this project's figures. The "
-            "paper's are of real recordings (EuRoC, TUM VI, its own loop); this project's are of simulated "
-            "ones, so that rows are to be compared within themselves, method with method, and not with "
-            "each other. A method stands for the system in brackets, with which it shares sensors and "
-            "landmarks but no code: all methods here share one estimator.\n\n" +
-            made_by(report, commands) +
-            "\n## Position error\n\nRMSE after alignment, m. The paper aligns as its tools do; here it is by "
-            "translation and yaw, of final poses.\n\n" +
-            table(head_of(methods), rows + ours(report, methods, "ape_final_m", 4)) + "\n" +
-            loop_and_time(report, methods) + "\n" + straightness(report, methods) +
-            "\n## Where `slc` is not the best\n\n" + losses(report, "slc"))
-
-
 def mean_row(name, rows):
     """Of the first figure in each cell; - where one is missing."""
     columns = [[value.split()[0] for value in column] for column in list(zip(*rows))[1:]]
@@ -259,17 +208,14 @@ def replace_section(path, head, text):
 def main():
     if {"-h", "--help"} & set(sys.argv[1:]):
         return print(__doc__.strip())
-    if len(sys.argv) not in (2, 4) or (len(sys.argv) == 4 and sys.argv[2] != "--real"):
+    if len(sys.argv) != 4 or sys.argv[2] != "--real":
         sys.exit(__doc__)
     try:
         with open(sys.argv[1], encoding="utf-8") as file:
             report = json.load(file)
     except OSError as error:
         sys.exit(f"{sys.argv[1]}: {error.strerror}, expected a compare.json")
-    if len(sys.argv) == 4:
-        replace_section(sys.argv[3], REAL_HEAD, real_half(report))
-    else:
-        print(simulated_half(report), end="")
+    replace_section(sys.argv[3], REAL_HEAD, real_half(report))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ExpectError;
+using testing::ExpectSuccess;
 using ::testing::HasSubstr;
 using testing::ProcessResult;
 using testing::ReadText;
@@ -30,9 +31,7 @@ class BagCommands : public ::testing::Test {
 
   std::string Convert(const std::string& from, const std::string& to,
                       const std::string& options = "") {
-    const ProcessResult result =
-        RunSlcmap("convert " + folder_.Path(from) + " " + folder_.Path(to) + " " + options);
-    EXPECT_EQ(result.exit_code, 0) << result.error;
+    ExpectSuccess("convert " + folder_.Path(from) + " " + folder_.Path(to) + " " + options);
     return folder_.Path(to);
   }
 
@@ -40,10 +39,8 @@ class BagCommands : public ::testing::Test {
   std::map<std::string, std::string> Run(const std::string& recording) {
     const std::string run = out_.Path("run");
     fs::remove_all(run);
-    const ProcessResult result =
-        RunSlcmap("-q odometry " + recording + " --method points --force --calibration " +
+    ExpectSuccess("-q odometry " + recording + " --method points --force --calibration " +
                   folder_.Path("mav0") + " -o " + run);
-    EXPECT_EQ(result.exit_code, 0) << result.error;
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::directory_iterator(run)) {
       const std::string name = entry.path().filename().string();
@@ -60,11 +57,8 @@ class BagCommands : public ::testing::Test {
 
 TEST_F(BagCommands, ARunHasTheSameBytesOfAFolderAndOfAnyBag) {
   const auto of_folder = Run(folder_.Path("mav0"));
-  for (const auto& [to, options] : {std::pair{"a.bag", "--packing bz2"},
-                                    {"b", "--packing db3,zstd"},
-                                    {"c.mcap", ""},
-                                    {"d.mcap", "--packing unchunked --keep-files"},
-                                    {"e.db3", ""}}) {
+  for (const auto& [to, options] :
+       {std::pair{"a.bag", "--packing bz2"}, {"b", "--packing db3,zstd"}, {"c.mcap", ""}}) {
     SCOPED_TRACE(to);
     EXPECT_EQ(Run(Convert("mav0", to, options)), of_folder);
   }
@@ -104,7 +98,7 @@ TEST_F(BagCommands, PartsAndFoldersAreConvertedWithWhatBelongsToThem) {
   EXPECT_TRUE(fs::exists(part + "/mav0/state_groundtruth_estimate0/data.csv"));
   EXPECT_TRUE(fs::exists(part + "/mav0/truth/edges.csv"));
   EXPECT_EQ(std::distance(fs::directory_iterator(part + "/mav0/cam1/data"), {}), 6);
-  ExpectError(RunSlcmap("-q convert " + folder_.Path("mav0") + " " + part), 2,
+  ExpectError("-q convert " + folder_.Path("mav0") + " " + part, 2,
               "found a recording already, expected none: remove ");
 }
 
@@ -117,15 +111,14 @@ TEST_F(BagCommands, TheSimulatorWritesBagsAsARigWould) {
   const std::string bag = folder_.Path("walk.mcap");
   const std::string command = "-q simulate " + folder_.Path("scene.yaml") + " --rate 4 --rig " +
                               folder_.Path("rig.yaml") + " -o ";
-  const ProcessResult made = RunSlcmap(command + bag + " --as oak_d");
-  ASSERT_EQ(made.exit_code, 0) << made.error;
+  ExpectSuccess(command + bag + " --as oak_d");
   EXPECT_TRUE(fs::exists(folder_.Path("walk_truth/trajectory.tum")));
   const ProcessResult shown = RunSlcmap("calibration " + bag);
   EXPECT_THAT(shown.output, HasSubstr("/oak/left/camera_info of rectified images"));
   EXPECT_THAT(shown.output, HasSubstr("pinhole none"));
-  ExpectError(RunSlcmap(command + bag + " --as oak_d"), 2, "walk_truth: found something there");
-  ExpectError(RunSlcmap(command + folder_.Path("b.bag") + " --as oak"), 2, "oak_d");
-  ExpectError(RunSlcmap(command + folder_.Path("c") + " --as oak_d"), 2, "ends with .bag");
+  ExpectError(command + bag + " --as oak_d", 2, "walk_truth: found something there");
+  ExpectError(command + folder_.Path("b.bag") + " --as oak", 2, "oak_d");
+  ExpectError(command + folder_.Path("c") + " --as oak_d", 2, "ends with .bag");
 }
 
 TEST_F(BagCommands, WrongUsageOfConvertIsTold) {
@@ -141,23 +134,22 @@ TEST_F(BagCommands, WrongUsageOfConvertIsTold) {
       {in + " " + out + " --topics left=/a", "no bag"}};
   for (const auto& [arguments, words] : kWrong) {
     SCOPED_TRACE(arguments);
-    ExpectError(RunSlcmap("-q convert " + arguments), 2, words);
+    ExpectError("-q convert " + arguments, 2, words);
   }
   folder_.Write("full/notes.txt", "mine");
-  ExpectError(RunSlcmap("-q convert " + in + " " + folder_.Path("full") + " --packing db3"), 2,
+  ExpectError("-q convert " + in + " " + folder_.Path("full") + " --packing db3", 2,
               "expected nothing, or an empty folder");
   EXPECT_EQ(ReadText(folder_.Path("full/notes.txt")), "mine");
   // Nothing that is there is written over or taken away.
   const std::string mine = folder_.Write("mine.bag", "mine");
-  ExpectError(RunSlcmap("-q convert " + in + " " + mine), 2, "expected nothing there");
+  ExpectError("-q convert " + in + " " + mine, 2, "expected nothing there");
   EXPECT_EQ(ReadText(mine), "mine");
   const std::string aside = folder_.Write("kept.bag.unfinished/notes.txt", "mine");
-  ExpectError(RunSlcmap("-q convert " + in + " " + folder_.Path("kept.bag")), 2, "move them away");
+  ExpectError("-q convert " + in + " " + folder_.Path("kept.bag"), 2, "move them away");
   EXPECT_EQ(ReadText(aside), "mine");
   fs::remove_all(folder_.Path("kept.bag.unfinished"));
-  ExpectError(RunSlcmap("-q convert " + in + " " + out + " --side-by-side"), 2, "a video alone");
-  ExpectError(RunSlcmap("-q convert " + folder_.Path("none") + " " + out), 1,
-              "none: found no such");
+  ExpectError("-q convert " + in + " " + out + " --side-by-side", 2, "a video alone");
+  ExpectError("-q convert " + folder_.Path("none") + " " + out, 1, "none: found no such");
   for (const auto& entry : fs::directory_iterator(folder_.Path())) {
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("unfinished")));
   }

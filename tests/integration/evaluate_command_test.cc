@@ -19,6 +19,7 @@ namespace {
 
 using ::testing::AllOf;
 using testing::ExpectError;
+using testing::ExpectSuccess;
 using ::testing::HasSubstr;
 using testing::ProcessResult;
 using testing::RunSlcmap;
@@ -28,11 +29,10 @@ TEST(EvaluateCommand, PrintsTheTableAndWritesJson) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();
   WriteRunFolder(folder.Path("run"), run);
-  EXPECT_EQ(RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
+  ExpectSuccess("map " + folder.Path("run") + " -o " + folder.Path("map"));
   const ProcessResult result =
-      RunSlcmap("evaluate --truth " + folder.Path("map/trajectory.tum") + " --estimate " +
-                folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json"));
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+      ExpectSuccess("evaluate --truth " + folder.Path("map/trajectory.tum") + " --estimate " +
+                    folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json"));
   EXPECT_THAT(result.output,
               AllOf(HasSubstr("posyaw"), HasSubstr("truth_length_m             5\n")));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
@@ -61,15 +61,14 @@ TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
   const std::string command = "evaluate --truth " + folder.Write("truth.tum", truth) +
                               " --estimate " + run + "/trajectory.tum --lines " + run +
                               "/lines.ply --true-edges " + folder.Write("edges.csv", edges);
-  const ProcessResult result = RunSlcmap(command + " --json " + folder.Path("metrics.json"));
-  EXPECT_EQ(result.exit_code, 0) << result.error;
+  const ProcessResult result = ExpectSuccess(command + " --json " + folder.Path("metrics.json"));
   EXPECT_THAT(result.output, HasSubstr("mapped_length_m      53.2\n"));
   const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
   EXPECT_NEAR(json["lines"]["scores"][0]["recall"].get<double>(), 1, 1e-9);
   EXPECT_NEAR(json["lines"]["scores"][2]["precision"].get<double>(), 38 / 53.2, 1e-6);
   EXPECT_EQ(json["ape"].size(), 3u);
 
-  ExpectError(RunSlcmap("evaluate --truth a --estimate b --lines c"), 2, "--true-edges");
+  ExpectError("evaluate --truth a --estimate b --lines c", 2, "--true-edges");
   folder.Write("edges.csv", "none\n");
   const ProcessResult damaged = RunSlcmap(command);
   EXPECT_EQ(damaged.exit_code, 1);
@@ -84,19 +83,17 @@ TEST(EvaluateCommand, LinesOfAMapAreMeasuredByItsPosesAndByThoseOfItsRun) {
   for (OnlineState& state : made.states) state.T_world_imu.translation.y() = 0;
   made.manhattan_worlds[0].heading_rad = 0.2;
   WriteRunFolder(run, made);
-  EXPECT_EQ(RunSlcmap("map " + run + " -o " + map).exit_code, 0);
+  ExpectSuccess("map " + run + " -o " + map);
   const std::vector<MapLine> in_run = ReadMapLines(run + "/lines.ply"),
                              in_map = ReadMapLines(map + "/lines.ply");
   ASSERT_EQ(in_run.size(), in_map.size());
   EXPECT_NEAR((in_run[0].start_world - in_map[0].start_world).norm(),
               2 * std::sin(0.1) * in_run[0].start_world.head<2>().norm(), 1e-4);
-  EXPECT_EQ(RunSlcmap("export " + map + " -o " + folder.Path("export") + " --format ply").exit_code,
-            0);
+  ExpectSuccess("export " + map + " -o " + folder.Path("export") + " --format ply");
   const auto precision = [&](const std::string& trajectory, const std::string& lines) {
-    const ProcessResult result = RunSlcmap(
+    const ProcessResult result = ExpectSuccess(
         "evaluate --truth " + run + "/trajectory.tum --estimate " + trajectory + " --lines " +
         lines + " --true-edges " + run + "/lines.ply --json " + folder.Path("metrics.json"));
-    EXPECT_EQ(result.exit_code, 0) << result.error;
     const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
     return std::pair(json["lines"]["scores"][0]["precision"].get<double>(), result.error);
   };
@@ -166,7 +163,7 @@ TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {
   EXPECT_THAT(RunSlcmap(command + " --stamps " + stamps).output,
               HasSubstr("stamps.csv  overall 0.5 "));
   folder.Write("stamps.csv", "0\n0\n");
-  ExpectError(RunSlcmap(command + " --stamps " + stamps), 1, "stamps.csv: row 2: found '0'");
+  ExpectError(command + " --stamps " + stamps, 1, "stamps.csv: row 2: found '0'");
 }
 
 TEST(EvaluateCommand, ErrorsNameThePlace) {
@@ -190,14 +187,13 @@ TEST(EvaluateCommand, ErrorsNameThePlace) {
       {a + " --estimate " + b, 1, "b.tum against " + a + ": found 0 of 3"},
       {a + " --estimate " + a + " --max-truth-gap 0", 2,
        "--max-truth-gap: found 0, expected more than 0 s"},
-      {a + " --estimate " + a + " --max-truth-gap nan", 2, "--max-truth-gap: found nan"},
       {a + " --estimate " + a + " --json /dev/full", 1, "/dev/full: cannot be written"},
       {folder.Path("run") + " --estimate " + a, 1,
        "run: found a folder, expected a trajectory file"},
       {huge + " --estimate " + a, 1, "found 400000000 bytes, expected at most 300000000"}};
   for (const auto& wrong : kWrong) {
     SCOPED_TRACE(wrong.arguments);
-    ExpectError(RunSlcmap("evaluate --truth " + wrong.arguments), wrong.exit_code, wrong.words);
+    ExpectError("evaluate --truth " + wrong.arguments, wrong.exit_code, wrong.words);
   }
   const std::string lost =
       folder.Write("lost.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n1.2 1 1 0 0 0 0 1\n");

@@ -14,6 +14,7 @@ namespace {
 
 using ::testing::AllOf;
 using testing::ExpectError;
+using testing::ExpectSuccess;
 using ::testing::HasSubstr;
 using testing::ProcessResult;
 using testing::RunSlcmap;
@@ -35,34 +36,26 @@ trajectory: {kind: robot, waypoints_m: [[-1, 0, 1], [0.5, 0, 1]], stand_still_s:
 class GeoreferenceCommand : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new testing::TempFolder;
-    const ProcessResult simulated =
-        RunSlcmap("-q simulate " + folder_->Write("scene.yaml", kScene) + " --rig " +
-                  folder_->Write("rig.yaml", testing::RigYaml(5)) + " --rate 5 -o " + Path("seq"));
-    ASSERT_EQ(simulated.exit_code, 0) << simulated.error;
-    folder_->Write("config.yaml", "mapping: {stages: {building: false, lines: false}}\n");
-    mapped_ = new ProcessResult(
-        RunSlcmap("map " + Path("seq") + " --poses " + Path("seq/truth/trajectory.tum") +
-                  " --control " + Path("seq/truth/control.csv") + " --crs EPSG:25832" +
-                  " --config " + Path("config.yaml") + " -o " + Path("map")));
-  }
-  static void TearDownTestSuite() {
-    delete folder_;
-    delete mapped_;
+    ExpectSuccess("-q simulate " + folder_.Write("scene.yaml", kScene) + " --rig " +
+                  folder_.Write("rig.yaml", testing::RigYaml(5)) + " --rate 5 -o " + Path("seq"));
+    folder_.Write("config.yaml", "mapping: {stages: {building: false, lines: false}}\n");
+    mapped_ = RunSlcmap("map " + Path("seq") + " --poses " + Path("seq/truth/trajectory.tum") +
+                        " --control " + Path("seq/truth/control.csv") + " --crs EPSG:25832" +
+                        " --config " + Path("config.yaml") + " -o " + Path("map"));
   }
 
-  static std::string Path(const std::string& name) { return folder_->Path(name); }
+  static std::string Path(const std::string& name) { return folder_.Path(name); }
   static ProcessResult Georeference(const std::string& options) {
     return RunSlcmap("georeference " + Path("map") + " -o " + Path("placed") + " " + options);
   }
 
-  inline static testing::TempFolder* folder_ = nullptr;
-  inline static ProcessResult* mapped_ = nullptr;
+  inline static const testing::TempFolder folder_;
+  inline static ProcessResult mapped_;
 };
 
 TEST_F(GeoreferenceCommand, AMapIsPlacedOnItsTags) {
-  ASSERT_EQ(mapped_->exit_code, 0) << mapped_->error;
-  EXPECT_THAT(mapped_->error, HasSubstr("4 of 4 control points place the map"));
+  ASSERT_EQ(mapped_.exit_code, 0) << mapped_.error;
+  EXPECT_THAT(mapped_.error, HasSubstr("4 of 4 control points place the map"));
   const MapResult map = ReadMapFolder(Path("map"));
   EXPECT_LT(map.control->rms_m, 0.03);  // images are small and far: known to 5 cm
   // Of poses that are true the world is that of the scene, turned along its walls.
@@ -82,7 +75,7 @@ TEST_F(GeoreferenceCommand, PlacesAMapThatIsThere) {
 TEST_F(GeoreferenceCommand, RefusesWhatCannotBe) {
   const std::string control = testing::ReadText(Path("seq/truth/control.csv"));
   const std::string header = "name,easting_m,northing_m,height_m,sigma_m";
-  const std::string swapped = folder_->Write(
+  const std::string swapped = folder_.Write(
       "swapped.csv", "name,northing_m,easting_m,height_m,sigma_m" + control.substr(header.size()));
   const ProcessResult of_a_grid = Georeference("--control " + swapped);
   EXPECT_EQ(of_a_grid.exit_code, 1);
@@ -92,7 +85,7 @@ TEST_F(GeoreferenceCommand, RefusesWhatCannotBe) {
               "degrees");
   ExpectError(Georeference("-q"), 2, "expected --control or --distance");
   const ProcessResult of_none =
-      Georeference("--control " + folder_->Write("none.csv", "name,x,y,z\ntag36h11:77,1,2,3\n"));
+      Georeference("--control " + folder_.Write("none.csv", "name,x,y,z\ntag36h11:77,1,2,3\n"));
   EXPECT_EQ(of_none.exit_code, 1);
   EXPECT_THAT(of_none.error, HasSubstr("found 0 of 1 control points"));
 }

@@ -1,5 +1,4 @@
-// A run and its map, which the program makes once for a suite: each test has them as they were
-// made.
+// A run and its map, which the program makes once: each test has them as they were made.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +13,20 @@ namespace slcmap::testing {
 class MadeMap : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    shared_ = new TempFolder;
-    kept_ = new TempFolder;
-    WriteRunFolder(shared_->Path("run"), MakeWallRun());
-    const ProcessResult map =
-        RunSlcmap("-q map " + shared_->Path("run") + " -o " + shared_->Path("map"));
-    EXPECT_EQ(map.exit_code, 0) << map.error;
-    std::filesystem::copy(shared_->Path(), kept_->Path(), kRecursive);
-  }
-  static void TearDownTestSuite() {
-    delete shared_;
-    delete kept_;
+    if (!std::filesystem::is_empty(kept_.Path())) return;  // that of another suite
+    WriteRunFolder(folder_.Path("run"), MakeWallRun());
+    ExpectSuccess("-q map " + folder_.Path("run") + " -o " + folder_.Path("map"));
+    std::filesystem::copy(folder_.Path(), kept_.Path(), kRecursive);
   }
 
   // In the same place again: a map knows where its run lies.
   MadeMap() {
-    std::filesystem::remove_all(shared_->Path());
-    std::filesystem::copy(kept_->Path(), shared_->Path(), kRecursive);
+    std::filesystem::remove_all(folder_.Path());
+    std::filesystem::copy(kept_.Path(), folder_.Path(), kRecursive);
   }
 
   static constexpr auto kRecursive = std::filesystem::copy_options::recursive;
-  inline static TempFolder *shared_ = nullptr, *kept_ = nullptr;
-  const TempFolder& folder_ = *shared_;
+  inline static const TempFolder folder_, kept_;
   const std::string run_ = folder_.Path("run"), map_ = folder_.Path("map");
 };
 

@@ -95,5 +95,14 @@ inline void ExpectError(const ProcessResult& result, int exit_code, const std::s
   EXPECT_THAT(result.error, ::testing::AllOf(::testing::StartsWith("slcmap: error: "),
                                              ::testing::HasSubstr(part)));
 }
+inline void ExpectError(const std::string& arguments, int exit_code, const std::string& part) {
+  ExpectError(RunSlcmap(arguments), exit_code, part);
+}
+
+inline ProcessResult ExpectSuccess(const std::string& arguments) {
+  ProcessResult result = RunSlcmap(arguments);
+  EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.error;
+  return result;
+}
 
 }  // namespace slcmap::testing

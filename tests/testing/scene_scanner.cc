@@ -45,25 +45,14 @@ VoxelKey MakeKey(const Vector3d& p, const Vector3d& normal, double voxel_m) {
   return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()), way};
 }
 
-// Where each place looks: along the way to the next one.
-std::vector<Vector3d> WaysOf(const std::vector<Vector3d>& places) {
-  std::vector<Vector3d> ways;
-  Vector3d last = Vector3d::UnitX();
-  for (size_t i = 0; i < places.size(); ++i) {
-    const Vector3d way = i + 1 < places.size() ? Vector3d(places[i + 1] - places[i]) : last;
-    if (way.head<2>().norm() > 1e-6) last = way;
-    ways.push_back(last);
-  }
-  return ways;
-}
-
-// A ray of length 1 from a place that looks along a way.
-bool IsInView(const ScanOptions& options, const Vector3d& way, const Vector3d& ray) {
-  const double up_deg = std::asin(std::clamp(ray.z(), -1.0, 1.0)) * 180 / M_PI;
-  const double aside_rad =
-      std::atan2(way.x() * ray.y() - way.y() * ray.x(), way.head<2>().dot(ray.head<2>()));
-  return up_deg >= options.lowest_deg && up_deg <= options.highest_deg &&
-         std::abs(aside_rad) * 180 / M_PI <= options.half_width_deg;
+bool Sees(const RayScene& rays, const ScanOptions& options, const Vector3d& place,
+          const Vector3d& p) {
+  constexpr double kMargin_m = 0.02;
+  const Vector3d way = p - place;
+  const double distance_m = way.norm();
+  return distance_m < options.range_m && distance_m > kMargin_m &&
+         !rays.Blocked(place.cast<float>(), (way / distance_m).cast<float>(),
+                       static_cast<float>(distance_m - kMargin_m));
 }
 
 class Scanner {
@@ -74,10 +63,9 @@ class Scanner {
   BuildingInput Scan(const std::vector<Vector3d>& places) {
     BuildingInput input;
     input.trajectory_world = places;
-    const std::vector<Vector3d> ways = WaysOf(places);
     for (size_t i = 0; i < places.size(); ++i) {
       const Vector3d drift = 2 * i >= places.size() ? options_.drift_m : Vector3d::Zero();
-      input.rays.push_back(Look(places[i], ways[i], drift));
+      input.rays.push_back(Look(places[i], drift));
     }
     for (const auto& [key, voxel] : voxels_) {
       input.points.push_back({voxel.p / voxel.weight, voxel.normal.normalized(),
@@ -93,44 +81,14 @@ class Scanner {
     return material.contrast > 0 && material.texture != TextureKind::kLamp;
   }
 
-  // A cell of the plan and of upper or lower parts, by a number that is made of its indices.
-  bool IsBlank(const ScenePatch& patch, const Vector3d& p) const {
-    constexpr double kCell_m = 1.3, kParted_m = 1.6;
-    const int body = scene_.quads[patch.quad].body;
-    if (options_.blank_share == 0 || body < 0 || scene_.bodies[body].kind != "wall") return false;
-    uint32_t mixed = p.z() > kParted_m ? 1 : 0;
-    for (const double at : {p.x(), p.y()}) {
-      mixed = (mixed * 31 + static_cast<uint32_t>(static_cast<int>(std::floor(at / kCell_m)))) *
-              2654435761u;
-      mixed ^= mixed >> 15;
-    }
-    return mixed % 1000 < 1000 * options_.blank_share;
-  }
-
-  // By how much a distance seems larger than it is.
-  double FindStray(const Vector3d& ray) const {
-    constexpr double kCone = 0.9976;  // cosine, 4 degrees
-    for (const auto& [axis, scale] : strays_) {
-      if (axis.dot(ray) > kCone) return scale;
-    }
-    return 1;
-  }
-
-  ViewRays Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
+  ViewRays Look(const Vector3d& place, const Vector3d& drift) {
     ViewRays rays{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
-    strays_.clear();
-    for (int i = 0; i < options_.stray_cones; ++i) {
-      const Vector3d axis =
-          ComputeRay(static_cast<int>(UniformIn(0, 1000, &generator_)), 1000, turn_rad);
-      strays_.push_back({axis, UniformIn(1.1, 1.4, &generator_)});
-    }
     RayScene::Packet packet;
     for (int first = 0; first < options_.rays; first += RayScene::kLanes) {
       packet.Clear();
       for (int lane = 0; lane < RayScene::kLanes; ++lane) {
         const Vector3d ray = ComputeRay(first + lane, options_.rays + RayScene::kLanes, turn_rad);
-        if (!IsInView(options_, way, ray)) continue;
         packet.Set(lane, place.cast<float>(), ray.cast<float>(),
                    static_cast<float>(options_.range_m));
       }
@@ -148,10 +106,7 @@ class Scanner {
   void AddHit(const ScenePatch& patch, const Vector3d& place, const Vector3d& ray,
               double distance_m, const Vector3d& drift, ViewRays* rays) {
     if (!IsTextured(patch)) return;
-    const double stray = FindStray(ray);
-    if (stray == 1 && IsBlank(patch, place + distance_m * ray)) return;
-    distance_m *= stray;
-    const double sigma_m = options_.noise_m + options_.noise_per_m * distance_m * distance_m;
+    const double sigma_m = options_.noise_m;
     const Vector3d p = place + (distance_m + sigma_m * Normal(&generator_)) * ray + drift;
     rays->p_world.push_back(p.cast<float>());
     rays->sigma_m.push_back(static_cast<float>(sigma_m));
@@ -165,15 +120,6 @@ class Scanner {
     voxel.weight += weight;
   }
 
-  bool Sees(const Vector3d& place, const Vector3d& p) const {
-    constexpr double kMargin_m = 0.02;
-    const Vector3d way = p - place;
-    const double distance_m = way.norm();
-    return distance_m < options_.range_m && distance_m > kMargin_m &&
-           !rays_.Blocked(place.cast<float>(), (way / distance_m).cast<float>(),
-                          static_cast<float>(distance_m - kMargin_m));
-  }
-
   void AddLines(const std::vector<Vector3d>& places, BuildingInput* input) {
     constexpr double kStep_m = 0.2, kShortest_m = 0.3;
     for (const TrueEdge& edge : scene_.edges) {
@@ -182,14 +128,13 @@ class Scanner {
       double from_m = length_m, to_m = 0;
       for (double at_m = 0; at_m <= length_m; at_m += kStep_m) {
         const bool seen = std::any_of(places.begin(), places.end(), [&](const Vector3d& place) {
-          return Sees(place, edge.a + at_m * direction);
+          return Sees(rays_, options_, place, edge.a + at_m * direction);
         });
         if (!seen) continue;
         from_m = std::min(from_m, at_m);
         to_m = std::max(to_m, std::min(at_m + kStep_m, length_m));
       }
       if (to_m - from_m < kShortest_m) continue;
-      if (options_.lines_seen < 1 && UniformIn(0, 1, &generator_) > options_.lines_seen) continue;
       Vector3d noise;
       for (int k = 0; k < 3; ++k) noise[k] = options_.line_noise_m * Normal(&generator_);
       MapLine line;
@@ -207,7 +152,6 @@ class Scanner {
   const RayScene rays_;
   std::mt19937 generator_{1};
   std::map<VoxelKey, Voxel> voxels_;
-  std::vector<std::pair<Vector3d, double>> strays_;  // of the present place
 };
 
 }  // namespace
@@ -219,21 +163,10 @@ BuildingInput Scan(const Scene& scene, const std::vector<Vector3d>& places,
 
 TrueBuilding SeenFrom(const Scene& scene, const std::vector<Vector3d>& places,
                       const ScanOptions& options) {
-  constexpr double kMargin_m = 0.02;
   const RayScene rays(SeenPatches(scene));
-  const std::vector<Vector3d> ways = WaysOf(places);
   const auto is_seen = [&](const Vector3d& p) {
-    for (size_t i = 0; i < places.size(); ++i) {
-      const Vector3d ray = p - places[i];
-      const double distance_m = ray.norm();
-      if (distance_m < options.range_m && distance_m > kMargin_m &&
-          IsInView(options, ways[i], ray / distance_m) &&
-          !rays.Blocked(places[i].cast<float>(), (ray / distance_m).cast<float>(),
-                        static_cast<float>(distance_m - kMargin_m))) {
-        return true;
-      }
-    }
-    return false;
+    return std::ranges::any_of(
+        places, [&](const Vector3d& place) { return Sees(rays, options, place, p); });
   };
   return ObserveBuilding(scene, is_seen, places);
 }

@@ -14,29 +14,20 @@ namespace slcmap::testing {
 
 struct ScanOptions {
   double noise_m = 0.01;          // of a distance
-  double noise_per_m = 0;         // besides, by its square, as stereo has
   double normal_noise_rad = 0.1;  // of a normal, in each of two directions
   double line_noise_m = 0.003;    // of a line across it
   double voxel_m = 0.05;          // in which points that look the same way are fused
   int rays = 1500;                // from each place, all around
   double range_m = 8;
-  // Between steepest downs and ups that are looked at, degrees.
-  double lowest_deg = -90, highest_deg = 90;
-  double half_width_deg = 180;  // to either side of the way, where each place looks along
   Eigen::Vector3d drift_m = Eigen::Vector3d::Zero();  // of what the second half of places measures
   bool with_lines = true;
-  // Of walls: parts, of about a metre, on which nothing is seen.
-  double blank_share = 0;
-  double lines_seen = 1;  // share of the edges in view that become lines
-  // Of each place: cones in which all, blank or not, seems to be farther away than it is.
-  int stray_cones = 0;
 };
 
 // Materials without contrast, and lamps, give no points: stereo sees nothing on them.
 BuildingInput Scan(const Scene& scene, const std::vector<Eigen::Vector3d>& places,
                    const ScanOptions& options = {});
 
-// What is true, as seen from the places with the same view.
+// What is true, as seen from the places.
 TrueBuilding SeenFrom(const Scene& scene, const std::vector<Eigen::Vector3d>& places,
                       const ScanOptions& options = {});
 

@@ -12,7 +12,7 @@
 
 namespace slcmap::testing {
 
-// A run of two keyframes and three landmarks in two segments, cut short.
+// A run of two keyframes, three landmarks and three lines in two segments, cut short.
 inline OdometryRun MakeSmallRun() {
   OdometryRun run;
   run.method = "points";
@@ -40,11 +40,26 @@ inline OdometryRun MakeSmallRun() {
        0,
        run.states[0].stamp_ns,
        run.states[0].T_world_imu,
-       {{1, {10.5, 20.25}, Eigen::Vector2d(8.125, 20.25)}, {2, {100, 200}, std::nullopt}},
-       {}},
+       {{1, {10.5, 20.25}, Eigen::Vector2d(8.125, 20.25)}, {2, {100, 200}, std::nullopt, 1}},
+       {{4, {{1.5, 2}, {3, 4.25}}, LineSegment{{1, 2}, {2.5, 4.25}}},
+        {999, {{5, 6}, {7, 8}}, std::nullopt, 1}}},  // never became a line
       {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}, {}}};
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
+  run.manhattan_worlds = {{0, 0.25, 0.001, 5}, {1, -0.5, 0.002, 1600000003123456789, true}};
+  run.sloped_directions = {{0, 1.5, 0.5, 0.001, 0.002, 1600000003123456789, false},
+                           {0, -2.5, 0.1, 0, 0.003, 5, true}};
+  run.lines.resize(3);
+  run.lines[0] = {4, 0,     LineAxis::kVertical, -1, {1.0 / 3, 0, 1}, {1.0 / 3, 0, 2}, {}, 0, 0, 3,
+                  7, {1, 2}};
+  run.lines[0].covariance_m2 << 1e-4, 2e-5, 3e-6, 2e-5, 4e-4, 5e-7, 3e-6, 5e-7, 6e-4;
+  run.lines[1] = {5, 1, LineAxis::kY, 0, {3, 0, 0}, {3, 4, 0}, {}, 0.002, 0.0004, 0, 0, {}};
+  run.lines[2] = {6, 0, LineAxis::kSloped, 0, {0, 0, 0}, {1, 0, 1}, {}, 0, 0, 0, 0, {}};
+  run.line_deviation_rad = 0.0033;
+  run.figures.points_rejected = {0.25, 0.5, 40};
+  run.verdict.emplace();
+  run.verdict->Add({VerdictLevel::kGood, "corrected", "a", "b", "c"});
+  run.verdict->Add({VerdictLevel::kFailed, "speed", "9 m/s", "3 m/s", "check it"});
   run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, Eigen::Vector3d::Zero(), {0, 0, 1e-17}}};
   CalibrationEstimate& found = run.calibration.emplace_back();
   found.stamp_ns = run.states[3].stamp_ns;
@@ -75,7 +90,8 @@ inline OdometryRun MakeSmallRun() {
                         .max_stereo_offset_s = 0.008,
                         .right_offset_s = -0.012,
                         .masks = {"/recordings/left.png", "none"},
-                        .cameras = {0, 2}};
+                        .cameras = {0, 2},
+                        .pieces = {{5, 6, -1, 2, true}, {8, 9, 0, 0, false}}};
   run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
   run.source->raw_rig.masks[0] =
       cv::Mat(run.source->raw_rig.cameras[0].height_px, run.source->raw_rig.cameras[0].width_px,
@@ -88,8 +104,11 @@ inline OdometryRun MakeSmallRun() {
   run.timings.real_time = {12, 0.0125, 0.03};
   return run;
 }
+
 class SmallRunFolder : public ::testing::Test {
  protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+
   // Reading must fail with a message that holds both.
   void ExpectReadError(const std::string& place, const std::string& what) {
     EXPECT_THAT([&] { ReadRunFolder(folder_); },

@@ -170,14 +170,6 @@ TEST(BlockCovariance, IsKnownBesideBlocksThatAreNot) {
 constexpr double kHeading_rad = 0.37;
 const Vector3d kFirstAnchor(1, 2, 0.5), kSecondAnchor(-0.5, 1, 1.5), kOnEdge(3, -1, 2);
 
-Eigen::VectorXd Residual(const Factor& factor, const std::vector<std::vector<double>>& blocks) {
-  std::vector<const double*> pointers;
-  for (const auto& block : blocks) pointers.push_back(block.data());
-  Eigen::VectorXd residual(factor.rows());
-  factor.Linearize(pointers.data(), residual.data(), nullptr);
-  return residual;
-}
-
 TEST(FirstPoseResidual, TellsPositionAndHeadingOnly) {
   const RigidTransform first(ExpRotation({0.2, -0.4, 1.5}), {1, 2, 3});
   const FirstPoseResidual factor(first);

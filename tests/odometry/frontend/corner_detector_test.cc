@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -72,19 +73,6 @@ TEST(CornerDetector, KeepsCornersOfLowContrastThatStandOutOfTheNoise) {
   }
 }
 
-TEST(CornerDetector, FindsTheMaximaOfTheSmallerEigenvalue) {
-  const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
-  cv::Mat response, highest;
-  cv::cornerMinEigenVal(image, response, 7, 3);
-  cv::dilate(response, highest, cv::Mat());
-  const std::vector<Eigen::Vector2d> corners = Corners(image);
-  EXPECT_GT(corners.size(), 150u);
-  for (const Eigen::Vector2d& px : corners) {
-    const cv::Point at(static_cast<int>(px.x()), static_cast<int>(px.y()));
-    EXPECT_GE(response.at<float>(at), 0.9999f * highest.at<float>(at)) << px.transpose();
-  }
-}
-
 TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers) {
   const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
@@ -114,7 +102,6 @@ TEST(CornerDetector, LooksFirstWhereThereIsNoPoint) {
   for (const Eigen::Vector2d& px : found) EXPECT_GT(px.x(), kSize.width / 2 - 30);
 }
 
-const cv::Size kNoiseSize(608, 384);
 // Of noise that differs from pixel to pixel: the sum of the squares of Sobel's weights, 12 / 64.
 constexpr double kOfGradient = 12.0 / 64;
 constexpr double kRounding = 1.0 / 12;  // variance of what 8 bits cut off
@@ -125,7 +112,7 @@ GradientNoise Measure(const cv::Mat& image) {
 
 TEST(GradientNoise, IsThatOfTheCameraAtEachBrightness) {
   for (const CameraNoise& noise : {CameraNoise{1, 0}, {0.4, 0.03}, {2.3, 0.09}, {30, 0.3}}) {
-    const GradientNoise measured = Measure(WithNoise(Stripes(kNoiseSize), noise));
+    const GradientNoise measured = Measure(WithNoise(Stripes(kSize), noise));
     for (const double grey : {30.0, 80.0, 130.0, 180.0}) {
       const double expected = kOfGradient * (noise.VarianceAt(grey) + kRounding);
       EXPECT_NEAR(measured.VarianceAt(grey), expected, 0.15 * expected) << grey;
@@ -137,24 +124,28 @@ TEST(GradientNoise, IsThatOfTheCameraAtEachBrightness) {
 TEST(GradientNoise, IsMeasuredBesideWhatIsConstant) {
   const CameraNoise noise{2.3, 0.09};
   for (const int constant : {16, 90, 238}) {
-    cv::Mat image = WithNoise(cv::Mat(kNoiseSize, CV_32F, cv::Scalar(90)), noise);
-    image(cv::Rect(0, 0, kNoiseSize.width, 48)).setTo(constant);
+    cv::Mat image = WithNoise(cv::Mat(kSize, CV_32F, cv::Scalar(90)), noise);
+    image(cv::Rect(0, 0, kSize.width, 48)).setTo(constant);
     const double expected = kOfGradient * (noise.VarianceAt(90) + kRounding);
     EXPECT_NEAR(Measure(image).VarianceAt(90), expected, 0.2 * expected) << constant;
   }
 }
 
+cv::Mat Signal(const std::function<double(int u, int v)>& grey) {
+  cv::Mat signal(kSize, CV_32F);
+  for (int v = 0; v < signal.rows; ++v) {
+    for (int u = 0; u < signal.cols; ++u) signal.at<float>(v, u) = static_cast<float>(grey(u, v));
+  }
+  return signal;
+}
+
 // Half of the image is full of texture, and all is shaded.
 TEST(GradientNoise, IsNotMistakenForTextureOrShading) {
   const CameraNoise noise{2.3, 0.09};
-  cv::Mat signal(kNoiseSize, CV_32F);
-  for (int v = 0; v < kNoiseSize.height; ++v) {
-    for (int u = 0; u < kNoiseSize.width; ++u) {
-      const bool textured = (v / 64) % 2 == 0;
-      const double texture = textured ? 15 * std::sin(0.9 * u) * std::sin(0.8 * v) : 0;
-      signal.at<float>(v, u) = static_cast<float>(40 + 0.2 * u + texture);
-    }
-  }
+  const cv::Mat signal = Signal([](int u, int v) {
+    const double texture = 15 * std::sin(0.9 * u) * std::sin(0.8 * v);
+    return 40 + 0.2 * u + ((v / 64) % 2 == 0 ? texture : 0);
+  });
   const GradientNoise measured = Measure(WithNoise(signal, noise));
   for (const double grey : {60.0, 100.0, 140.0}) {
     const double expected = kOfGradient * (noise.VarianceAt(grey) + kRounding);
@@ -164,13 +155,8 @@ TEST(GradientNoise, IsNotMistakenForTextureOrShading) {
 
 // What a lens can show is smooth from pixel to pixel, noise is not.
 TEST(GradientNoise, IsNotMistakenForTextureThatIsEverywhere) {
-  cv::Mat signal(kNoiseSize, CV_32F);
-  for (int v = 0; v < kNoiseSize.height; ++v) {
-    for (int u = 0; u < kNoiseSize.width; ++u) {
-      signal.at<float>(v, u) =
-          static_cast<float>(120 + 15 * std::sin(0.6 * u) * std::sin(0.5 * v + 0.1 * u));
-    }
-  }
+  const cv::Mat signal = Signal(
+      [](int u, int v) { return 120 + 15 * std::sin(0.6 * u) * std::sin(0.5 * v + 0.1 * u); });
   const CameraNoise noise{1, 0.01};
   EXPECT_LT(Measure(WithNoise(signal, noise)).VarianceAt(120),
             1.5 * kOfGradient * noise.VarianceAt(120));
@@ -179,12 +165,10 @@ TEST(GradientNoise, IsNotMistakenForTextureThatIsEverywhere) {
 // Where a brightness has texture only, the noise of the others limits what it can be there.
 TEST(GradientNoise, GrowsNoFasterThanTheSignal) {
   const CameraNoise noise{1, 0.05};
-  cv::Mat signal = Stripes(kNoiseSize);
-  for (int v = 0; v < kNoiseSize.height; ++v) {
-    for (int u = 3 * kNoiseSize.width / 4; u < kNoiseSize.width; ++u) {
-      signal.at<float>(v, u) += static_cast<float>(20 * std::sin(0.9 * u) * std::sin(0.8 * v));
-    }
-  }
+  const cv::Mat texture = Signal([](int u, int v) {
+    return u < 3 * kSize.width / 4 ? 0 : 20 * std::sin(0.9 * u) * std::sin(0.8 * v);
+  });
+  const cv::Mat signal = Stripes(kSize) + texture;
   const GradientNoise measured = Measure(WithNoise(signal, noise));
   const double at_130 = kOfGradient * (noise.VarianceAt(130) + kRounding);
   EXPECT_LT(measured.VarianceAt(180), 1.15 * 180 / 130 * at_130);
@@ -195,7 +179,7 @@ TEST(GradientNoise, IsNothingWhereNothingCanBeMeasured) {
   EXPECT_EQ(GradientNoise().VarianceAt(100), 0);
   EXPECT_EQ(Measure(cv::Mat(20, 20, CV_8U, cv::Scalar(100))).VarianceAt(100), 0);
   EXPECT_EQ(Measure(cv::Mat(384, 608, CV_8U, cv::Scalar(255))).VarianceAt(255), 0);
-  const cv::Mat image = WithNoise(Stripes(kNoiseSize), {4, 0.1});
+  const cv::Mat image = WithNoise(Stripes(kSize), {4, 0.1});
   EXPECT_EQ(GradientNoise(image, cv::Mat::zeros(image.size(), CV_8U)).VarianceAt(100), 0);
 }
 

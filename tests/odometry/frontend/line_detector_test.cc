@@ -20,14 +20,19 @@ using testing::EdgesOf;
 using testing::NearestEdge;
 using testing::TestBars;
 
-class LineDetectorTest : public ::testing::TestWithParam<LineDetectorKind> {};
+class LineDetectorTest : public ::testing::TestWithParam<LineDetectorKind> {
+ protected:
+  static std::vector<LineSegment> Detect(const cv::Mat& image, const cv::Mat& mask = {}) {
+    LineDetectorOptions options;
+    options.kind = GetParam();
+    return DetectSegments(image, mask, options);
+  }
+};
 
 TEST_P(LineDetectorTest, FindsEachEdgeOnceToATenthOfAPixel) {
   const cv::Mat image = DrawBars(TestBars());
-  LineDetectorOptions options;
-  options.kind = GetParam();
   std::set<int> seen;
-  for (const auto& s : DetectSegments(image, {}, options)) {
+  for (const auto& s : Detect(image)) {
     const auto [edge, distance] = NearestEdge(EdgesOf(TestBars()), s);
     EXPECT_LT(distance, 0.15);
     EXPECT_TRUE(seen.insert(edge).second) << "edge " << edge << " twice";
@@ -39,9 +44,7 @@ TEST_P(LineDetectorTest, FindsEachEdgeOnceToATenthOfAPixel) {
 TEST_P(LineDetectorTest, LeavesOutWhatTheMaskHides) {
   cv::Mat mask(400, 600, CV_8UC1, cv::Scalar(255));
   mask.colRange(0, 300) = 0;
-  LineDetectorOptions options;
-  options.kind = GetParam();
-  const auto segments = DetectSegments(DrawBars(TestBars()), mask, options);
+  const auto segments = Detect(DrawBars(TestBars()), mask);
   EXPECT_GE(segments.size(), 3u);
   for (const auto& s : segments) EXPECT_GT(std::min(s.start.x(), s.end.x()), 299);
 }
@@ -52,9 +55,7 @@ TEST_P(LineDetectorTest, CutsEdgesAtTheBorderOfTheMask) {
   image.colRange(301, 600) = 160;
   cv::Mat mask(400, 600, CV_8UC1, cv::Scalar(0));
   mask(cv::Range(8, 392), cv::Range(8, 592)) = 255;
-  LineDetectorOptions options;
-  options.kind = GetParam();
-  const auto segments = DetectSegments(image, mask, options);
+  const auto segments = Detect(image, mask);
   ASSERT_EQ(segments.size(), 1u);
   EXPECT_GT(segments[0].Length(), 340);
   EXPECT_GE(std::min(segments[0].start.y(), segments[0].end.y()), 7.5);
@@ -62,9 +63,7 @@ TEST_P(LineDetectorTest, CutsEdgesAtTheBorderOfTheMask) {
 }
 
 TEST_P(LineDetectorTest, FindsNothingInAFlatImage) {
-  LineDetectorOptions options;
-  options.kind = GetParam();
-  EXPECT_TRUE(DetectSegments(cv::Mat(400, 600, CV_8UC1, cv::Scalar(90)), {}, options).empty());
+  EXPECT_TRUE(Detect(cv::Mat(400, 600, CV_8UC1, cv::Scalar(90))).empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, LineDetectorTest,

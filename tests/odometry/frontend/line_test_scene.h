@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "data/core/types.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {
 
 inline Rig LineTestRig() {
   Rig rig;
-  rig.cameras[0] = {Distortion::kNone, 600, 400, 400, 400, 299.5, 199.5, Eigen::Vector4d::Zero()};
-  rig.cameras[1] = rig.cameras[0];
+  rig.cameras.assign(2, PinholeCamera(600, 400, 400, 299.5, 199.5));
   rig.T_imu_camera[1].translation = {0.1, 0, 0};
   return rig;
 }

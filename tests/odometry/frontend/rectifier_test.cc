@@ -9,10 +9,42 @@
 #include <utility>
 
 #include "data/core/error.h"
-#include "tests/odometry/frontend/test_rigs.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {
+
+// As those of EuRoC and of TUM VI: lenses, and how the right camera is turned.
+Rig WithLenses(Distortion distortion, const Eigen::Vector4d& coefficients,
+               const Eigen::Vector3d& right_turn_rad) {
+  Rig rig = ExampleStereoRig();
+  for (Camera& camera : rig.cameras) {
+    camera.distortion = distortion;
+    camera.coefficients = coefficients;
+  }
+  rig.cameras[1].cx_px += 12.8;
+  rig.cameras[1].cy_px += 6.9;
+  rig.cameras[1].fx_px -= 1.1;
+  rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation(right_turn_rad);
+  return rig;
+}
+
+Rig EurocRig() {
+  return WithLenses(Distortion::kRadialTangential, {-0.2834, 0.07396, 0.000194, 1.76e-05},
+                    {0.007, -0.014, -0.002});
+}
+
+Rig TumViRig() {
+  Rig rig = WithLenses(Distortion::kEquidistant, {0.0034824, 0.00071503, -0.0020532, 0.00020294},
+                       {-0.0007, -0.0480, 0.0108});
+  for (Camera& camera : rig.cameras) {
+    camera.width_px = camera.height_px = 512;
+    camera.fx_px = camera.fy_px = 190.978;
+    camera.cx_px = 254.932;
+    camera.cy_px = 256.897;
+  }
+  return rig;
+}
 
 // A rig that was held turned about its axes by so many right angles: both images are turned.
 Rig Turned(Rig rig, int quarters) {

@@ -41,6 +41,8 @@ TEST(ImuBuffer, InterpolatesTheEndsOfAnInterval) {
   EXPECT_EQ(between.back().stamp_ns, 42);
   EXPECT_DOUBLE_EQ(between.back().angular_velocity_rad_s.x(), 4.2);
   EXPECT_EQ(buffer.Between(20, 40).size(), 3u);
+  buffer.DropBefore(55);  // but for what the next interval needs
+  EXPECT_DOUBLE_EQ(buffer.Between(55, 60).front().angular_velocity_rad_s.x(), 5.5);
 }
 
 TEST(ImuBuffer, FindsTheLongestGap) {
@@ -49,13 +51,6 @@ TEST(ImuBuffer, FindsTheLongestGap) {
   EXPECT_NEAR(buffer.LongestGap(0, 115000000), 0.1, 1e-9);
   EXPECT_NEAR(buffer.LongestGap(0, 10000000), 0.005, 1e-9);
   EXPECT_NEAR(buffer.LongestGap(50000000, 60000000), 0.1, 1e-9);  // lies inside the gap
-}
-
-TEST(ImuBuffer, KeepsWhatTheNextIntervalNeeds) {
-  ImuBuffer buffer;
-  for (int i = 0; i <= 10; ++i) buffer.Add(Sample(10 * i, i));
-  buffer.DropBefore(55);
-  EXPECT_DOUBLE_EQ(buffer.Between(55, 60).front().angular_velocity_rad_s.x(), 5.5);
 }
 
 struct Flight {
@@ -107,18 +102,25 @@ TEST(Preintegration, ConvergesToTheTrueMotionWithTheRate) {
   }
 }
 
-TEST(Preintegration, CorrectionForErrorsMatchesIntegratingAgain) {
+// The correction is of first order; what is left is of the second.
+TEST(Preintegration, CorrectionsMatchIntegratingAgain) {
   const Flight flight;
   const std::vector<ImuSample> samples = flight.Imu(200).samples;
-  Preintegration imu = Integrate(samples, flight.rig.imu_noise, 3, 3.5);
-  const Vector3d none = Vector3d::Zero();
   const ImuErrors errors = 1e-3 * ImuErrors::LinSpaced(-2, 2.5);
-  const auto corrected = imu.CorrectedFor(none, none, errors);
-  imu.Repropagate(none, none, errors);
-  const auto again = imu.CorrectedFor(none, none);
-  EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);
-  EXPECT_LT((corrected.velocity_m_s - again.velocity_m_s).norm(), 1e-4);
-  EXPECT_LT(corrected.rotation.angularDistance(again.rotation), 1e-5);
+  const auto integrated = [&](const Vector3d& bg, const Vector3d& ba, const ImuErrors& of_imu,
+                              double most_rad) {
+    Preintegration imu = Integrate(samples, flight.rig.imu_noise, 3, 3.5);
+    const auto corrected = imu.CorrectedFor(bg, ba, of_imu);
+    imu.Repropagate(bg, ba, of_imu);
+    const auto again = imu.CorrectedFor(bg, ba, of_imu);
+    EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);
+    EXPECT_LT((corrected.velocity_m_s - again.velocity_m_s).norm(), 1e-4);
+    EXPECT_LT(corrected.rotation.angularDistance(again.rotation), most_rad);
+    return again;
+  };
+  const Vector3d none = Vector3d::Zero();
+  integrated({2e-3, -1e-3, 3e-3}, {0.02, -0.03, 0.01}, ImuErrors::Zero(), 2e-6);
+  const auto again = integrated(none, none, errors, 1e-5);
   // As samples that were corrected before.
   std::vector<ImuSample> ideal = samples;
   for (ImuSample& sample : ideal) {
@@ -128,19 +130,6 @@ TEST(Preintegration, CorrectionForErrorsMatchesIntegratingAgain) {
   const auto expected = Integrate(ideal, flight.rig.imu_noise, 3, 3.5).CorrectedFor(none, none);
   EXPECT_LT((expected.position_m - again.position_m).norm(), 1e-12);
   EXPECT_LT(expected.rotation.angularDistance(again.rotation), 1e-7);
-}
-
-TEST(Preintegration, BiasCorrectionMatchesIntegratingAgain) {
-  const Flight flight;
-  Preintegration imu = Integrate(flight.Imu(200).samples, flight.rig.imu_noise, 3, 3.5);
-  const Vector3d bg(2e-3, -1e-3, 3e-3), ba(0.02, -0.03, 0.01);
-  const auto corrected = imu.CorrectedFor(bg, ba);
-  imu.Repropagate(bg, ba, ImuErrors::Zero());
-  const auto again = imu.CorrectedFor(bg, ba);
-  // The correction is of first order; what is left is of the second.
-  EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);
-  EXPECT_LT((corrected.velocity_m_s - again.velocity_m_s).norm(), 1e-4);
-  EXPECT_LT(corrected.rotation.angularDistance(again.rotation), 2e-6);
 }
 
 TEST(Preintegration, CovarianceMatchesTheScatterOfNoisyIntegrations) {

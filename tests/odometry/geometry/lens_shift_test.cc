@@ -16,24 +16,26 @@ constexpr double kLonger = 0.003;
 
 Camera Pinhole() { return testing::PinholeCamera(752, 480, 458, 370, 245); }
 
-// What is measured of a place on the rectified plane, through a camera that is longer than given.
-Vector2d Measured(const Camera& given, const Eigen::Quaterniond& R, const Vector2d& place) {
-  Camera longer = given;
-  longer.fx_px *= 1 + kLonger;
-  longer.fy_px *= 1 + kLonger;
-  const Vector2d pixel = *longer.Project(R * place.homogeneous());
-  return (R.conjugate() * *given.Unproject(pixel)).hnormalized();
-}
-
+// Places on the rectified plane, as they are measured through a camera that is longer than given
+// and off its principal point.
 void ExpectPlaces(const Camera& given, const Vector3d& turn_rad) {
   const Camera rectified = Pinhole();
   const Eigen::Quaterniond R = ExpRotation(turn_rad);
+  const Vector2d off_px(0.8, -0.5);
+  Camera is = given;
+  is.fx_px *= 1 + kLonger;
+  is.fy_px *= 1 + kLonger;
+  is.cx_px += off_px.x();
+  is.cy_px += off_px.y();
   const LensShift shift(given, R, rectified);
   for (double x_px = 30; x_px < 720; x_px += 37) {
     for (double y_px = 30; y_px < 450; y_px += 41) {
       const Vector2d place = PlaneFromPixel(rectified, Vector2d(x_px, y_px));
-      const Vector2d measured = Measured(given, R, place);
-      const Vector2d found = measured - kLonger / (1 + kLonger) * shift.ByFocalLength(measured);
+      const Vector2d pixel = *is.Project(R * place.homogeneous());
+      const Vector2d measured = (R.conjugate() * *given.Unproject(pixel)).hnormalized();
+      const Vector2d by_centre = shift.ByCentre(measured) * off_px;
+      const Vector2d found = measured - by_centre -
+                             kLonger / (1 + kLonger) * shift.ByFocalLength(measured - by_centre);
       EXPECT_LT(rectified.fx_px * (found - place).norm(), 0.01) << place.transpose();
     }
   }
@@ -67,55 +69,24 @@ TEST(LensShift, ItsGradientIsThatOfItsDifferences) {
   EXPECT_EQ(LensShift().GradientAt(at), Eigen::Matrix2d::Identity());
 }
 
-// A principal point that is off, seen through a lens of each kind and a turned camera.
-TEST(LensShift, TellsPlacesByThePrincipalPoint) {
-  const Camera rectified = Pinhole();
-  const Eigen::Quaterniond R = ExpRotation({0.004, -0.014, 0.01});
-  const Vector2d off_px(0.8, -0.5);
-  Camera given = Pinhole();
-  for (const Distortion lens : {Distortion::kNone, Distortion::kEquidistant}) {
-    given.distortion = lens;
-    if (lens == Distortion::kEquidistant) given.coefficients << 0.003, 0.0007, -0.002, 0.0002;
-    Camera is = given;
-    is.cx_px += off_px.x();
-    is.cy_px += off_px.y();
-    const LensShift shift(given, R, rectified);
-    for (double x_px = 30; x_px < 720; x_px += 87) {
-      for (double y_px = 30; y_px < 450; y_px += 91) {
-        const Vector2d place = PlaneFromPixel(rectified, Vector2d(x_px, y_px));
-        const Vector2d pixel = *is.Project(R * place.homogeneous());
-        const Vector2d measured = (R.conjugate() * *given.Unproject(pixel)).hnormalized();
-        const Vector2d found = measured - shift.ByCentre(measured) * off_px;
-        EXPECT_LT(rectified.fx_px * (found - place).norm(), 0.01) << place.transpose();
-      }
-    }
-  }
-  EXPECT_TRUE(LensShift().ByCentre({0.1, 0.2}).isZero(0));
-}
-
 TEST(LensShift, OfAnIdealPinholeIsAScale) {
-  const LensShift ideal;
-  const Vector2d at(0.3, -0.2);
-  EXPECT_EQ(ideal.ByFocalLength(at), at);
-  EXPECT_LT((LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength(at) - at)
-                .norm(),
-            1e-9);
+  const Vector2d at(0.3, -0.2), outside(2, 2);
+  EXPECT_EQ(LensShift().ByFocalLength(at), at);
+  EXPECT_TRUE(LensShift().ByCentre(at).isZero(0));
+  const LensShift pinhole(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole());
+  EXPECT_LT((pinhole.ByFocalLength(at) - at).norm(), 1e-9);
   // Outside the image, as a pinhole that is nearly one has it.
-  EXPECT_LT((LensShift(Pinhole(), Eigen::Quaterniond::Identity(), Pinhole()).ByFocalLength({2, 2}) -
-             Vector2d(2, 2))
-                .norm(),
-            1e-6);
+  EXPECT_LT((pinhole.ByFocalLength(outside) - outside).norm(), 1e-6);
 }
 
 class RightRectificationTest : public ::testing::Test {
  protected:
   RightRectificationTest() {
     given_ = ExampleStereoRig();
-    Camera& right = given_.cameras[1];
-    right.distortion = Distortion::kEquidistant;
-    right.coefficients << 0.003, 0.0007, -0.002, 0.0002;
-    given_.cameras[0].distortion = right.distortion;
-    given_.cameras[0].coefficients = right.coefficients;
+    for (Camera& camera : given_.cameras) {
+      camera.distortion = Distortion::kEquidistant;
+      camera.coefficients << 0.003, 0.0007, -0.002, 0.0002;
+    }
     rectified_ = Rectifier(given_, {}).rectified_rig();
     lens_ = ComputeLensShifts(given_, rectified_)[1];
   }

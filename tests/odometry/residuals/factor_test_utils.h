@@ -10,28 +10,51 @@
 
 namespace slcmap {
 
-// Compares the tangent Jacobians with central differences along the tangents.
-inline void ExpectJacobiansMatchDifferences(const Factor& factor,
-                                            std::vector<std::vector<double>> blocks,
-                                            double tolerance) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto residual_at = [&](const std::vector<std::vector<double>>& x) {
-    std::vector<const double*> pointers;
-    for (const auto& block : x) pointers.push_back(block.data());
-    Eigen::VectorXd r(factor.rows());
-    factor.Linearize(pointers.data(), r.data(), nullptr);
-    return r;
-  };
+using Blocks = std::vector<std::vector<double>>;
+
+inline std::vector<const double*> Pointers(const Blocks& blocks) {
   std::vector<const double*> pointers;
   for (const auto& block : blocks) pointers.push_back(block.data());
-  std::vector<RowMajor> jacobians;
-  std::vector<double*> outputs;
-  for (int k = 0; k < factor.blocks(); ++k) {
-    jacobians.emplace_back(factor.rows(), factor.tangent_size(k));
-  }
-  for (auto& j : jacobians) outputs.push_back(j.data());
+  return pointers;
+}
+
+inline Eigen::VectorXd Residual(const Factor& factor, const Blocks& blocks) {
   Eigen::VectorXd r(factor.rows());
-  factor.Linearize(pointers.data(), r.data(), outputs.data());
+  EXPECT_TRUE(factor.Evaluate(Pointers(blocks).data(), r.data(), nullptr));
+  return r;
+}
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// The residual, and its Jacobians by each block, of its tangent or as Ceres has them.
+struct Linearized {
+  Linearized(const Factor& factor, const Blocks& blocks, bool of_tangents = true)
+      : residual(factor.rows()) {
+    std::vector<double*> outputs;
+    for (int k = 0; k < factor.blocks(); ++k) {
+      jacobians.emplace_back(factor.rows(),
+                             of_tangents ? factor.tangent_size(k) : std::ssize(blocks[k]));
+    }
+    for (RowMajor& jacobian : jacobians) outputs.push_back(jacobian.data());
+    if (of_tangents) {
+      factor.Linearize(Pointers(blocks).data(), residual.data(), outputs.data());
+    } else {
+      EXPECT_TRUE(factor.Evaluate(Pointers(blocks).data(), residual.data(), outputs.data()));
+    }
+  }
+  Eigen::VectorXd residual;
+  std::vector<RowMajor> jacobians;
+};
+
+// Compares the tangent Jacobians with central differences along the tangents.
+inline void ExpectJacobiansMatchDifferences(const Factor& factor, const Blocks& blocks,
+                                            double tolerance) {
+  const auto residual_at = [&](const Blocks& x) {
+    Eigen::VectorXd r(factor.rows());
+    factor.Linearize(Pointers(x).data(), r.data(), nullptr);
+    return r;
+  };
+  const auto [r, jacobians] = Linearized(factor, blocks);
   EXPECT_LT((r - residual_at(blocks)).norm(), 1e-12 * (1 + r.norm()));
 
   const double step = 1e-6;

@@ -12,7 +12,6 @@ namespace slcmap {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Blocks = std::vector<std::vector<double>>;
 
 inline constexpr double kHeading = 0.37;
 inline constexpr LineAxis kAxes[] = {LineAxis::kX, LineAxis::kY, LineAxis::kVertical};
@@ -29,23 +28,12 @@ struct LineScene {
     const Vector3d p = (pose * geometry.T_imu_camera[camera]).Inverse() * p_world;
     return p.head<2>() / p.z();
   }
-  StereoLineMeasurement ObservationOf(const Vector3d& a, const Vector3d& b) const {
-    return {{Seen(a, 0), Seen(b, 0)}, LineSegment{Seen(a, 1), Seen(b, 1)}};
-  }
 };
 
 inline Blocks StructuralBlocks(const LineScene& scene, const StructuralLine& line) {
   const StructuralLineBlock block = StructuralLineThrough(line, kHeading, scene.Visible());
   if (!line.HasHeading()) return {PoseBlockOf(scene.pose), {block[0], block[1]}};
   return {PoseBlockOf(scene.pose), {kHeading}, {block[0], block[1]}};
-}
-
-inline Eigen::VectorXd Residual(const Factor& factor, const Blocks& blocks) {
-  std::vector<const double*> pointers;
-  for (const auto& block : blocks) pointers.push_back(block.data());
-  Eigen::VectorXd r(factor.rows());
-  EXPECT_TRUE(factor.Evaluate(pointers.data(), r.data(), nullptr));
-  return r;
 }
 
 inline Blocks FreeLineBlocks(const LineScene& scene, const Vector3d& direction) {

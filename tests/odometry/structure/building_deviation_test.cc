@@ -63,16 +63,6 @@ TEST(BuildingDeviation, IsNotMovedByLinesThatFollowNoAxis) {
   EXPECT_LT(deviation.sigma_rad(), 0.004);
 }
 
-TEST(BuildingDeviation, LinesThatTellNothingChangeNothing) {
-  BuildingDeviation deviation({});
-  const double tie_rad = deviation.sigma_rad();
-  LineDeviation line;
-  line.covariance_rad2 = tie_rad * tie_rad * Eigen::Matrix2d::Identity();
-  for (int i = 0; i < 100; ++i) deviation.Add(i, line, tie_rad);
-  deviation.Solve();
-  EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().start_sigma_rad, 1e-5);
-}
-
 TEST(BuildingDeviation, AFewLinesAskAnExactBuildingWhetherItIs) {
   const BuildingDeviationOptions options;
   const double own = std::sqrt(1 - options.shared_share);

@@ -29,10 +29,15 @@ class LineClassifierTest : public ::testing::Test {
   const Eigen::Vector3d ahead_ = 5 * Heading(0.6) + Eigen::Vector3d(0, 0, 0.7);
 };
 
-TEST_F(LineClassifierTest, TellsTheAxesOfOneWorld) {
+TEST_F(LineClassifierTest, TellsTheAxesOfOneWorldAndTheVerticalWithoutAny) {
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3)), (LineClass{LineAxis::kX, 0}));
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree)), (LineClass{LineAxis::kY, 0}));
   EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ()), (LineClass{LineAxis::kVertical, -1}));
+  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ(), 1, {}), (LineClass{LineAxis::kVertical, -1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {}), std::nullopt);
+  // One that was withdrawn is none.
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt, 0.3}), (LineClass{LineAxis::kX, 1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt}), std::nullopt);
 }
 
 TEST_F(LineClassifierTest, TellsWorldsThreeDegreesApartByLongLinesOverhead) {
@@ -43,17 +48,6 @@ TEST_F(LineClassifierTest, TellsWorldsThreeDegreesApartByLongLinesOverhead) {
     EXPECT_EQ(ClassOf(overhead, along_y, 3, two), (LineClass{LineAxis::kY, world}));
     EXPECT_EQ(ClassOf(ahead_, along_y, 3, two), std::nullopt) << "nearly level with the camera";
   }
-}
-
-TEST_F(LineClassifierTest, NothingFollowsAWithdrawnHeading) {
-  const std::vector<std::optional<double>> headings = {std::nullopt, 0.3};
-  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, headings), (LineClass{LineAxis::kX, 1}));
-  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt}), std::nullopt);
-}
-
-TEST_F(LineClassifierTest, KnowsTheVerticalWithoutAnyWorld) {
-  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ(), 1, {}), (LineClass{LineAxis::kVertical, -1}));
-  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {}), std::nullopt);
 }
 
 TEST_F(LineClassifierTest, LeavesOutOtherDirections) {

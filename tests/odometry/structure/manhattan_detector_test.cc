@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "data/core/math.h"
 #include "tests/odometry/structure/made_segments.h"
 
@@ -91,7 +93,9 @@ TEST_F(ManhattanDetectorTest, FindsTheHeading) {
   }
 }
 
-TEST_F(ManhattanDetectorTest, FindsNoneInClutter) {
+TEST_F(ManhattanDetectorTest, FindsNoneInNothingAndInClutter) {
+  EXPECT_TRUE(Turn(20).empty());
+  EXPECT_FALSE(detector_.Best().has_value());
   AddClutter(300);
   Append(&lines_, testing::ScatteredLines(Eigen::Vector3d::UnitZ(), 60, &random_));
   EXPECT_TRUE(Turn(200).empty());
@@ -147,27 +151,23 @@ TEST_F(ManhattanDetectorTest, WhatFollowsAKnownSlopeDoesNotVote) {
   EXPECT_NEAR(found[0], 20 * kDegree, 0.2 * kDegree);
 }
 
-TEST_F(ManhattanDetectorTest, FindsASecondHeadingLater) {
-  AddBuilding(5 * kDegree, 60);
-  AddClutter(20);
-  EXPECT_EQ(Turn(60).size(), 1u);
-  lines_.clear();
-  AddBuilding(35 * kDegree, 60);
-  AddClutter(20);
-  const auto found = Turn(60);
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_NEAR(found[0], 35 * kDegree, 0.15 * kDegree);
-  EXPECT_EQ(detector_.known_headings_rad().size(), 2u);
-}
-
-TEST_F(ManhattanDetectorTest, FindsASecondHeadingThreeDegreesFromTheFirst) {
-  AddBuilding(5 * kDegree, 60);
-  EXPECT_EQ(Turn(60).size(), 1u);
-  lines_.clear();
-  AddBuilding(8 * kDegree, 60);
-  const auto found = Turn(60);
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_NEAR(found[0], 8 * kDegree, 0.3 * kDegree);
+TEST_F(ManhattanDetectorTest, FindsASecondHeadingLaterEvenThreeDegreesFromTheFirst) {
+  for (const auto& [second_deg, clutter, within_deg] :
+       {std::tuple(35.0, 20, 0.15), {8.0, 0, 0.3}}) {
+    random_.seed(3);
+    lines_.clear();
+    detector_ = ManhattanDetector(ManhattanOptions(), 0.5, testing::kFocal_px);
+    AddBuilding(5 * kDegree, 60);
+    AddClutter(clutter);
+    EXPECT_EQ(Turn(60).size(), 1u);
+    lines_.clear();
+    AddBuilding(second_deg * kDegree, 60);
+    AddClutter(clutter);
+    const auto found = Turn(60);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0], second_deg * kDegree, within_deg * kDegree);
+    EXPECT_EQ(detector_.known_headings_rad().size(), 2u);
+  }
 }
 
 TEST_F(ManhattanDetectorTest, DoesNotFindAKnownHeadingAgain) {
@@ -176,11 +176,6 @@ TEST_F(ManhattanDetectorTest, DoesNotFindAKnownHeadingAgain) {
   EXPECT_TRUE(Turn(60).empty());
   detector_.Reset();
   EXPECT_EQ(Turn(60).size(), 1u);
-}
-
-TEST_F(ManhattanDetectorTest, SurvivesImagesWithoutSegments) {
-  EXPECT_TRUE(Turn(20).empty());
-  EXPECT_FALSE(detector_.Best().has_value());
 }
 
 }  // namespace

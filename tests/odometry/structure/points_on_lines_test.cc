@@ -59,15 +59,11 @@ TEST_F(PointsOnLinesTest, KeyframesWithoutOneOfThemDoNotCount) {
   EXPECT_THAT(Add({Point(1, 200, 200)}, {kSlanted}), ElementsAre(kPair));
 }
 
-TEST_F(PointsOnLinesTest, AViewApartStartsTheCountAnew) {
+TEST_F(PointsOnLinesTest, AViewApartStartsTheCountAnewAndBreaksAMembership) {
   Add({Point(1, 200, 200)}, {kSlanted}, 3);
   Add({Point(1, 204, 200)}, {kSlanted});
   EXPECT_THAT(Add({Point(1, 200, 200)}, {kSlanted}, 3), IsEmpty());
   EXPECT_THAT(Add({Point(1, 200, 200)}, {kSlanted}), ElementsAre(kPair));
-}
-
-TEST_F(PointsOnLinesTest, AViewApartBreaksAMembership) {
-  Add({Point(1, 200, 200)}, {kSlanted}, 4);
   EXPECT_THAT(Add({Point(1, 250, 200)}, {kSlanted}), IsEmpty());
 }
 
