@@ -6,17 +6,14 @@ IMU samples, calibrations and transforms, "-" of others."""
 import sqlite3, sys, zlib
 
 
-def number(kind, m):
-    if kind == 'sensor_msgs/Imu':
-        a = m.linear_acceleration
-        return a.x + a.y + a.z
-    if kind == 'sensor_msgs/Image':
-        return m.width * m.height + sum(m.data)
-    if kind == 'sensor_msgs/CameraInfo':
-        return sum(m.K)
-    if kind in ('tf/tfMessage', 'tf2_msgs/TFMessage'):
-        return sum(t.transform.translation.x for t in m.transforms)
-    return None
+NUMBERS = {
+    'sensor_msgs/Imu': lambda m: m.linear_acceleration.x + m.linear_acceleration.y
+    + m.linear_acceleration.z,
+    'sensor_msgs/Image': lambda m: m.width * m.height + sum(m.data),
+    'sensor_msgs/CameraInfo': lambda m: sum(m.K),
+    'tf2_msgs/TFMessage': lambda m: sum(t.transform.translation.x for t in m.transforms),
+}
+NUMBERS['tf/tfMessage'] = NUMBERS['tf2_msgs/TFMessage']
 
 
 def rows_of_bag(path):
@@ -29,11 +26,10 @@ def rows_of_bag(path):
             row = rows[topic, kind]
             row[0] += 1
             row[1] += zlib.crc32(data)
-            message = message_class()
-            message.deserialize(data)
-            value = number(kind, message)
-            if value is not None:
-                row[2] = (row[2] or 0) + value
+            if kind in NUMBERS:
+                message = message_class()
+                message.deserialize(data)
+                row[2] = (row[2] or 0) + NUMBERS[kind](message)
     return rows
 
 

@@ -1,17 +1,15 @@
-# What Open3D reads of PLY files: a line each of its name, what it holds, its least and greatest
-# coordinates and whether it has colours.
+# What Open3D reads of the PLY files of an export: a line each of its folder and name, what it holds,
+# its least and greatest coordinates and whether it has colours.
 #
-#   read_ply.py points|lines|mesh FILE...
-import os
+#   read_ply.py FILE...
 import sys
 
 import open3d
 
-READERS = {
-    "points": (open3d.io.read_point_cloud, "points"),
-    "lines": (open3d.io.read_line_set, "lines"),
-    "mesh": (open3d.io.read_triangle_mesh, "triangles"),
-}
+LINES = (open3d.io.read_line_set, "lines")
+MESH = (open3d.io.read_triangle_mesh, "triangles")
+READERS = {"lines": LINES, "trajectory": LINES, "voxels": MESH, "line_bars": MESH}
+POINTS = (open3d.io.read_point_cloud, "points")
 
 
 def bounds(geometry):
@@ -24,8 +22,9 @@ def has_colours(geometry):
     return "coloured" if asked() else "plain"
 
 
-read, parts = READERS[sys.argv[1]]
-for path in sys.argv[2:]:
+for path in sys.argv[1:]:
+    folder, name = path.split("/")[-2:]
+    read, parts = READERS.get(name.removesuffix(".ply"), POINTS)
     read_back = read(path)
     count = len(getattr(read_back, parts))
-    print(os.path.basename(path), count, bounds(read_back), has_colours(read_back))
+    print(f"{folder}/{name}", count, bounds(read_back), has_colours(read_back))

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/compare/figures.h"
 #include "apps/compare/measure.h"
 #include "data/core/error.h"
 #include "mapping/map/map_folder.h"
@@ -114,14 +113,6 @@ TEST(Comparison, AMethodWhoseRunsAllFailedIsShownWithoutFigures) {
   EXPECT_THAT(ComparisonPage(comparison), HasSubstr("<td>structural</td><td>-</td>"));
 }
 
-TEST(Figures, KeysAreDistinctAndKnown) {
-  for (const FigureInfo& figure : AllFigures()) {
-    EXPECT_EQ(&FindFigure(figure.key), &figure);
-    EXPECT_FALSE(DescribeFigure(figure.key).empty());
-  }
-  EXPECT_THROW(FindFigure("beauty"), std::out_of_range);
-}
-
 Ranked Of(const std::string& name, const std::vector<double>& values) {
   return {name, evaluation::ComputeSpread(values)};
 }
@@ -202,12 +193,7 @@ Trajectory Bent(Trajectory walk, double sagitta_m) {
 }
 
 TEST_F(MeasureTest, ABentTrajectoryRanksBehindAStraightOne) {
-  Trajectory turned = Bent(kWalk, 0.01);
-  const RigidTransform turn(Eigen::Quaterniond(Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ())),
-                            {5, -3, 1});
-  for (StampedPose& pose : turned) pose.T_world_imu = turn * pose.T_world_imu;
   Give("bent", Bent(kWalk, 0.01));
-  Give("turned", turned);
   const SequenceResult result = MeasureSequence(sequence_);
   EXPECT_LT(Figure(result, 0, "edge_thickness_mm"), 0.01);
   EXPECT_GT(Figure(result, 1, "edge_thickness_mm"), 2);
@@ -215,10 +201,6 @@ TEST_F(MeasureTest, ABentTrajectoryRanksBehindAStraightOne) {
   EXPECT_FALSE(result.true_poses);
   EXPECT_FALSE(result.methods[1].repeats[0].contains("ape_final_m"));
   EXPECT_THAT(result.reference, HasSubstr("by slc"));
-  // The same in another world scores the same.
-  for (const char* key : {"edge_thickness_mm", "edge_apart_under_1s_mm"}) {
-    EXPECT_NEAR(Figure(result, 2, key), Figure(result, 1, key), 1e-3) << key;
-  }
 }
 
 TEST_F(MeasureTest, TruePosesGiveErrorsAndTheFloor) {

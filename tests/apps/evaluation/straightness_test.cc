@@ -196,18 +196,6 @@ TEST(DirectionMetrics, DispersionIsTheWeightedAngleAndAxesThatAreNotSquareAreTol
   EXPECT_NEAR(oblique->dispersion_deg, 0.5 * std::sqrt(2.0 / 3), 1e-3);
 }
 
-TEST(DirectionMetrics, TheSameTurnedScoresTheSame) {
-  std::vector<WeightedDirection> bent = kSquare;
-  bent[0].direction = Level(0.7);
-  bent[3].direction = Vector3d(0.01, 0.02, 1).normalized();
-  const auto as_is = MeasureDirections(bent);
-  const Eigen::AngleAxisd turn(0.9, Vector3d(0.2, 0.7, -0.4).normalized());
-  for (WeightedDirection& d : bent) d.direction = turn * d.direction;
-  const auto turned = MeasureDirections(bent);
-  EXPECT_NEAR(turned->dispersion_deg, as_is->dispersion_deg, 1e-6);
-  EXPECT_NEAR(turned->orthogonality_deg.value(), as_is->orthogonality_deg.value(), 1e-6);
-}
-
 std::vector<Vector3d> Corner(double sigma_m, double apart_m, double step_m = 0.04) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, sigma_m);

@@ -40,7 +40,7 @@ TEST_P(BagDamage, WhatIsWholeIsReadOfAFileThatIsCutOff) {
   });
   std::mt19937_64 random(1);
   size_t most = 0;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 30; ++i) {
     const size_t size = random() % whole.size();
     const std::string cut = folder.Write(
         "cut/walk" + std::filesystem::path(path).extension().string(), whole.substr(0, size));
@@ -65,15 +65,15 @@ TEST_P(BagDamage, WhatIsWholeIsReadOfAFileThatIsCutOff) {
   EXPECT_GT(most, written.size() / 4);
 }
 
-TEST_P(BagDamage, AThousandMutationsDoNotCrash) {
+TEST_P(BagDamage, MutationsDoNotCrash) {
   const TempFolder folder;
   const auto written = testing::MadeMessages(GetParam().encoding, 3, 40);
   const std::string path =
       testing::BagFile(testing::MakeBag(folder, GetParam(), written), GetParam());
   const std::string whole = testing::ReadText(path);
   std::mt19937_64 random(2);
-  int refused = 0, damaged = 0, same = 0;
-  for (int i = 0; i < 1000; ++i) {
+  int refused = 0, damaged = 0;
+  for (int i = 0; i < 200; ++i) {
     std::string bytes = whole;
     for (uint64_t k = random() % 4 + 1; k > 0; --k) {
       // Lengths and indexes stand at both ends.
@@ -86,11 +86,8 @@ TEST_P(BagDamage, AThousandMutationsDoNotCrash) {
     const std::string bad = folder.Write(name, bytes);
     try {
       const auto bag = OpenBag(bad);
-      std::vector<BagMessage> read;
       bag->Visit(testing::AllTopics(*bag), i % 2 == 0 ? 0 : 64,
                  [&](const BagPlace& place, BagBytes part) {
-                   read.push_back({bag->topics()[place.topic].name, place.received_ns,
-                                   std::vector(part.begin(), part.end())});
                    try {
                      bag->Read(place);
                      DecodeMessage<RosImage>(GetParam().encoding, part);
@@ -99,13 +96,12 @@ TEST_P(BagDamage, AThousandMutationsDoNotCrash) {
                    return true;
                  });
       if (!bag->warnings().entries().empty()) ++damaged;
-      same += read == written;
     } catch (const Error&) {
       ++refused;
     }
   }
   EXPECT_GT(refused + damaged, 10);
-  EXPECT_LT(refused, 1000);
+  EXPECT_LT(refused, 200);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BagDamage, ::testing::ValuesIn(testing::kBagCases),

@@ -91,102 +91,61 @@ bool HasMcapReader() {
          testing::HasProgram("node");
 }
 
-#define SLCMAP_NEEDS_BAG_READER(is_here, name) \
-  if (!(is_here)) GTEST_SKIP() << name " is not here: tests/install_readers.sh"
+// Why a reader is not here; "" where it is.
+std::string MissingReader(const std::string& form) {
+  const bool is_here = form == "bag"    ? HasRosbag()
+                       : form == "mcap" ? HasMcapReader()
+                                        : testing::HasProgram(kPython);
+  return is_here ? "" : "a reader of " + form + " is not here: tests/install_readers.sh";
+}
 
-void ExpectOthersReadOurs(const char* form, const char* reader) {
+// rosbag, MCAP's own reader and SQLite, by the form of bags.
+class BagReader : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (!MissingReader(GetParam()).empty()) GTEST_SKIP() << MissingReader(GetParam());
+  }
+  const std::string reader_ = GetParam() == "mcap" ? "node" : kPython;
+};
+
+TEST_P(BagReader, ListsOurBags) {
   for (const BagCase& how : testing::kBagCases) {
-    if (how.form != std::string(form)) continue;
+    if (how.form != GetParam()) continue;
     const TempFolder folder;
     const std::string path =
-        testing::MakeBag(folder, how, testing::MadeMessages(how.encoding, 30, 200));
-    const bool decode = reader == std::string("node") ? how.encoding == BagEncoding::kCdr
-                                                      : form == std::string("bag");
-    EXPECT_EQ(TheirRows(reader, testing::BagFile(path, how)), OurRows(path, decode))
+        testing::MakeBag(folder, how, testing::MadeMessages(how.encoding, 8, 64));
+    const bool decode =
+        GetParam() == "mcap" ? how.encoding == BagEncoding::kCdr : GetParam() == "bag";
+    EXPECT_EQ(TheirRows(reader_, testing::BagFile(path, how)), OurRows(path, decode))
         << how.form << " " << how.compression;
-    if (how.compression == std::string("none") && form == std::string("db3")) break;
+    if (how.compression == std::string("none") && GetParam() == "db3") break;
   }
 }
 
-TEST(BagReaders, RosbagReadsOurBags) {
-  SLCMAP_NEEDS_BAG_READER(HasRosbag(), "python3-rosbag");
-  ExpectOthersReadOurs("bag", kPython);
-}
-
-TEST(BagReaders, McapsOwnReaderReadsOurs) {
-  SLCMAP_NEEDS_BAG_READER(HasMcapReader(), "@mcap/core");
-  ExpectOthersReadOurs("mcap", "node");
-}
-
-TEST(BagReaders, SqliteReadsOurDatabases) {
-  SLCMAP_NEEDS_BAG_READER(testing::HasProgram(kPython), "python3");
-  ExpectOthersReadOurs("db3", kPython);
-}
-
-// What others recorded, of a kind.
-std::vector<std::string> GenuineBags(const std::string& extension) {
+// What others recorded, of a form.
+std::vector<std::string> GenuineBags(const std::string& form) {
   std::vector<std::string> bags;
   const std::string shared = testing::SharedData("bags");
   if (shared.empty()) return bags;
   for (const auto& entry : fs::recursive_directory_iterator(shared)) {
     // Messages of one are packed by themselves, which its own reader does not undo.
     const bool packed = entry.path().filename().string().find("msgzstd") != std::string::npos;
-    if (entry.path().extension() == extension && !packed) bags.push_back(entry.path().string());
+    if (entry.path().extension() == "." + form && !packed) bags.push_back(entry.path().string());
   }
   std::ranges::sort(bags);
   return bags;
 }
 
-void ExpectSameRows(const std::string& extension, const char* reader, bool decode) {
-  const auto bags = GenuineBags(extension);
+TEST_P(BagReader, ListsGenuineBagsAsWeDo) {
+  const auto bags = GenuineBags(GetParam());
   if (bags.empty()) GTEST_SKIP() << "no bags of others are here";
   for (const std::string& bag : bags) {
-    EXPECT_EQ(OurRows(bag, decode), TheirRows(reader, bag)) << bag;
+    EXPECT_EQ(OurRows(bag, GetParam() != "db3"), TheirRows(reader_, bag)) << bag;
   }
 }
 
-TEST(BagReaders, GenuineBagsAsRosbagListsThem) {
-  SLCMAP_NEEDS_BAG_READER(HasRosbag(), "python3-rosbag");
-  ExpectSameRows(".bag", kPython, true);
-}
-
-TEST(BagReaders, GenuineMcapAsItsOwnReaderListsIt) {
-  SLCMAP_NEEDS_BAG_READER(HasMcapReader(), "@mcap/core");
-  ExpectSameRows(".mcap", "node", true);
-}
-
-TEST(BagReaders, GenuineDatabasesAsSqliteListsThem) {
-  SLCMAP_NEEDS_BAG_READER(testing::HasProgram(kPython), "python3");
-  ExpectSameRows(".db3", kPython, false);
-}
-
-TEST(BagReaders, GenuineFoldersAreWhole) {
-  const std::string shared = testing::SharedData("bags/rosbag2_py_resources");
-  if (shared.empty()) GTEST_SKIP() << "no bags of others are here";
-  for (const char* storage : {"mcap", "sqlite3"}) {
-    for (const auto& [name, messages] :
-         {std::pair{"wbag", 6074}, {"talker", 20}, {"reindex_test_bags/multiple_files", 3177}}) {
-      const auto bag = OpenBag(shared + "/" + storage + "/" + name);
-      EXPECT_EQ(testing::ReadMessages(bag.get()).size(), static_cast<size_t>(messages));
-      EXPECT_TRUE(bag->warnings().entries().empty());
-    }
-  }
-}
-
-TEST(BagReaders, AGenuineImageOfWhichTheMessageIsPacked) {
-  const std::string path = testing::SharedData("bags/amber_soccer_goal_12_msgzstd.mcap");
-  if (path.empty()) GTEST_SKIP() << "no bags of others are here";
-  const auto bag = OpenBag(path);
-  int images = 0;
-  bag->Visit(testing::AllTopics(*bag), 256, [&](const BagPlace& place, BagBytes bytes) {
-    const auto image = DecodeMessage<RosImage>(bag->topics()[place.topic].encoding, bytes);
-    EXPECT_EQ(image.data.written, image.step_bytes * image.height_px);
-    EXPECT_EQ(bag->Read(place).size(), bytes.size());
-    ++images;
-    return true;
-  });
-  EXPECT_EQ(images, 2);
-}
+INSTANTIATE_TEST_SUITE_P(All, BagReader, ::testing::Values("bag", "mcap", "db3"),
+                         [](const auto& form) { return form.param; });
 
 }  // namespace
 }  // namespace slcmap

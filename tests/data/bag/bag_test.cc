@@ -18,23 +18,11 @@ using testing::BagMessage;
 using testing::MessageOf;
 using testing::TempFolder;
 
-constexpr int kPairs = 30;
-
 class BagForms : public ::testing::TestWithParam<BagCase> {};
 
-TEST_P(BagForms, WhatAVisitorThrowsIsNoDamage) {
+TEST_P(BagForms, MessagesComeBackInTheirOrderWhateverAVisitorDoes) {
   const TempFolder folder;
-  const auto written = testing::MadeMessages(GetParam().encoding, 2, 20);
-  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
-  const auto fail = [](const BagPlace&, BagBytes) -> bool { throw DataError("of the visitor"); };
-  EXPECT_THROW(bag->Visit(testing::AllTopics(*bag), 0, fail), DataError);
-  EXPECT_TRUE(bag->warnings().entries().empty());
-  EXPECT_EQ(testing::ReadMessages(bag.get()), written);
-}
-
-TEST_P(BagForms, MessagesComeBackInTheirOrder) {
-  const TempFolder folder;
-  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 200);
+  const auto written = testing::MadeMessages(GetParam().encoding, 8, 64);
   const std::string path = testing::MakeBag(folder, GetParam(), written);
   EXPECT_TRUE(IsBag(path));
   const auto bag = OpenBag(path);
@@ -45,13 +33,24 @@ TEST_P(BagForms, MessagesComeBackInTheirOrder) {
     EXPECT_EQ(topic.messages, std::ranges::count(written, topic.name, &BagMessage::topic));
     EXPECT_EQ(topic.type == "sensor_msgs/Imu", topic.name == "/imu0");
   }
+  const auto fail = [](const BagPlace&, BagBytes) -> bool { throw DataError("of the visitor"); };
+  EXPECT_THROW(bag->Visit(testing::AllTopics(*bag), 0, fail), DataError);
+  for (int time = 0; time < 2; ++time) {
+    int seen = 0;
+    bag->Visit(testing::AllTopics(*bag), 0, [&](const BagPlace&, BagBytes) { return ++seen < 7; });
+    EXPECT_EQ(seen, 7);
+  }
   EXPECT_EQ(testing::ReadMessages(bag.get()), written);
   EXPECT_TRUE(bag->warnings().entries().empty());
+  const TempFolder other;
+  const auto empty = OpenBag(testing::MakeBag(other, GetParam(), {}));
+  EXPECT_TRUE(testing::ReadMessages(empty.get()).empty());
+  EXPECT_TRUE(empty->warnings().entries().empty());
 }
 
 TEST_P(BagForms, HeadsOfChosenTopicsThenWholeMessagesByPlace) {
   const TempFolder folder;
-  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 200);
+  const auto written = testing::MadeMessages(GetParam().encoding, 8, 64);
   const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
   const auto& topics = bag->topics();
   const auto right = std::ranges::find(topics, "/cam1/image_raw", &BagTopic::name);
@@ -76,24 +75,6 @@ TEST_P(BagForms, HeadsOfChosenTopicsThenWholeMessagesByPlace) {
   std::thread other(read, 1);
   read(0);
   other.join();
-}
-
-TEST_P(BagForms, AVisitorMayHaveEnough) {
-  const TempFolder folder;
-  const auto written = testing::MadeMessages(GetParam().encoding, kPairs, 64);
-  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), written));
-  for (int time = 0; time < 2; ++time) {
-    int seen = 0;
-    bag->Visit(testing::AllTopics(*bag), 0, [&](const BagPlace&, BagBytes) { return ++seen < 7; });
-    EXPECT_EQ(seen, 7);
-  }
-}
-
-TEST_P(BagForms, WithoutMessages) {
-  const TempFolder folder;
-  const auto bag = OpenBag(testing::MakeBag(folder, GetParam(), {}));
-  EXPECT_TRUE(testing::ReadMessages(bag.get()).empty());
-  EXPECT_TRUE(bag->warnings().entries().empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BagForms, ::testing::ValuesIn(testing::kBagCases),
@@ -148,7 +129,6 @@ TEST(Bag, FilesMayBePackedAsAWhole) {
   const auto written = testing::MadeMessages(BagEncoding::kCdr, 3, 64);
   const std::string path =
       testing::MakeBag(folder, {"db3", "zstd_file", BagEncoding::kCdr}, written);
-  EXPECT_TRUE(fs::exists(path + "/walk_0.db3.zstd"));
   EXPECT_FALSE(fs::exists(path + "/walk_0.db3"));
   EXPECT_EQ(testing::ReadMessages(OpenBag(path + "/walk_0.db3.zstd").get()), written);
   const std::string mcap = testing::MakeBag(folder, {"mcap", "lz4", BagEncoding::kCdr}, written);
@@ -189,7 +169,7 @@ TEST(Bag, EncryptedBagsAndOthersAreRefusedByName) {
 }
 
 TEST(Bag, AWrongChecksumIsSaidAndTheOtherChunksRead) {
-  const auto written = testing::MadeMessages(BagEncoding::kCdr, kPairs, 200);
+  const auto written = testing::MadeMessages(BagEncoding::kCdr, 30, 200);
   for (const char* compression : {"none", "zstd"}) {
     const TempFolder folder;
     const BagCase how{"mcap", compression, BagEncoding::kCdr};

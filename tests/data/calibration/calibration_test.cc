@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "data/core/error.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {
@@ -78,13 +79,14 @@ TEST(KalibrCalibration, BothDirectionsAndTheChainGiveTheSameRig) {
 }
 
 TEST(KalibrCalibration, EntriesThatContradictEachOtherAreAnError) {
-  EXPECT_THAT(MessageOf<DataError>([] {
-                ReadChain(Rows("T_cam_imu", kLeft) + Rows("T_imu_cam", kLeft),
-                          Rows("T_cam_imu", kRight.Inverse()));
-              }),
+  const auto message = [](const std::string& left) {
+    return MessageOf<DataError>([&] { ReadChain(left, Rows("T_cam_imu", kRight.Inverse())); });
+  };
+  EXPECT_THAT(message(Rows("T_cam_imu", kLeft) + Rows("T_imu_cam", kLeft)),
               AllOf(HasSubstr("cam0"), HasSubstr("disagree")));
-  EXPECT_THAT(MessageOf<DataError>([] { ReadChain("", Rows("T_cam_imu", kRight.Inverse())); }),
-              HasSubstr("cam0: T_cam_imu: missing"));
+  EXPECT_THAT(message(""), HasSubstr("cam0: T_cam_imu: missing"));
+  EXPECT_THAT(message("  T_cam_imu: [[1, 0, 0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 0, 0, 1]]\n"),
+              HasSubstr("cam0: T_cam_imu: found 2 rows, expected 4 rows of 4"));
 }
 
 TEST(KalibrCalibration, BothCamerasHaveOneTimeShift) {
@@ -106,15 +108,11 @@ TEST(KalibrCalibration, BothCamerasHaveOneTimeShift) {
   const Rig later = read("0.0092", &far).rig;
   EXPECT_EQ(later.camera_time_offset_s, 0.0012);
   EXPECT_NEAR(later.right_time_offset_s, 0.008, 1e-12);
-  try {
-    read("-0.053", &far);
-    ADD_FAILURE() << "expected a fault";
-  } catch (const InputFault& fault) {
-    EXPECT_THAT(
-        fault.what(),
-        HasSubstr("cam1: timeshift_cam_imu: found -0.053 s, expected that of cam0, 0.0012 s"));
-    EXPECT_THAT(fault.remedy(), HasSubstr("cam1.timeshift_cam_imu in "));
-  }
+  const auto fault = testing::Caught<InputFault>([&] { read("-0.053", &far); });
+  EXPECT_THAT(
+      fault.what(),
+      HasSubstr("cam1: timeshift_cam_imu: found -0.053 s, expected that of cam0, 0.0012 s"));
+  EXPECT_THAT(fault.remedy(), HasSubstr("cam1.timeshift_cam_imu in "));
 }
 
 TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
@@ -134,16 +132,6 @@ TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
   EXPECT_EQ(calibration.without_noise, path);
 }
 
-TEST(KalibrCalibration, TheProjectsOwnRigsCanBeRead) {
-  for (const char* name : {"euroc", "tumvi"}) {
-    Warnings warnings;
-    const std::string path = std::string(SLCMAP_SOURCE_DIR "/config/rigs/") + name + ".yaml";
-    const Rig rig = ReadCalibration(path, &warnings).rig;
-    EXPECT_TRUE(warnings.entries().empty());
-    EXPECT_GT((rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.x(), 0.09);
-  }
-}
-
 TEST(AslCalibration, ReadsCamerasAndNoise) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 1});
@@ -154,11 +142,6 @@ TEST(AslCalibration, ReadsCamerasAndNoise) {
   const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
   EXPECT_LT((T_left_right.translation - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-12);
   EXPECT_DOUBLE_EQ(rig.imu_noise.gyro_noise_rad_s_sqrthz, 1.7e-4);
-  const std::string imu = "mav0/imu0/sensor.yaml";
-  std::string text = testing::ReadText(folder.Path(imu));
-  folder.Write(imu, text.replace(text.find("1.7e-4"), 6, "low"));
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadAslCalibration(folder.Path("mav0"), &warnings); }),
-              HasSubstr("found 'low'"));
 }
 
 // What reading a sequence's calibration throws with a part of one of its files replaced.
@@ -170,12 +153,7 @@ InputFault FaultOf(const std::string& file, const std::string& part, const std::
   EXPECT_NE(at, std::string::npos) << part;
   folder.Write("mav0/" + file, text.replace(at, part.size(), by));
   Warnings warnings;
-  try {
-    ReadAslCalibration(folder.Path("mav0"), &warnings);
-  } catch (const InputFault& fault) {
-    return fault;
-  }
-  return InputFault("none", "none", "none");
+  return testing::Caught<InputFault>([&] { ReadAslCalibration(folder.Path("mav0"), &warnings); });
 }
 
 // As Kalibr writes lenses, with indices that are not all there.
@@ -243,12 +221,10 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
        "distortion_coefficients in "},
       {camera, "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", "found 2 numbers",
        "distortion_coefficients in "},
-      {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 5\n",
-       "timeshift_cam_imu: found 5 s, expected at most 1 s either way", "in seconds"},
+      {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: -10\n",
+       "timeshift_cam_imu: found -10 s, expected at most 1 s either way", "one clock"},
       {camera, "rate_hz: 20\n", "rate_hz: 20\nreadout_s: 20\n",
        "readout_s: found 20 s, expected at most 0.1 s either way", "readout_s in "},
-      {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: -10\n",
-       "timeshift_cam_imu: found -10 s", "one clock"},
       {"cam1/sensor.yaml", "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 0.2\n",
        "timeshift_cam_imu: found 0.2 s, expected that of cam0, 0 s", "timeshift_cam_imu in "},
       {camera, "0, 0, 0, 1]", "0, 0, 5, 1]", "found the last row '0 0 5 1'", "T_BS in "},
@@ -259,9 +235,9 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
        "metres, not millimetres"},
       {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, 0", "found a baseline of 0 m",
        "not the same twice; or name two that are apart with --cameras"},
+      {imu, "1.7e-4", "low", "found 'low'", "correct "},
       {imu, "1.7e-4", "0", "found 0, expected 1e-07 to 1 rad/s/sqrt(Hz)",
        "gyroscope_noise_density in "},
-      {imu, "1.7e-4", "1e-12", "found 1e-12", "gyroscope_noise_density in "},
       {imu, "accelerometer_random_walk: 3e-3", "accelerometer_random_walk: 1e-12", "m/s^3/sqrt(Hz)",
        "accelerometer_random_walk in "},
       {imu, "1.7e-4", "17", "gyroscope_noise_density: found 17", "gyroscope_noise_density in "},
@@ -271,14 +247,6 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
     EXPECT_THAT(found.what(), AllOf(HasSubstr(fault.found), HasSubstr("mav0"))) << fault.by;
     EXPECT_THAT(found.remedy(), AllOf(HasSubstr(fault.remedy), HasSubstr("mav0"))) << fault.by;
   }
-}
-
-TEST(KalibrCalibration, AMatrixHasFourRowsOfFour) {
-  EXPECT_THAT(MessageOf<DataError>([] {
-                ReadChain("  T_cam_imu: [[1, 0, 0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 0, 0, 1]]\n",
-                          Rows("T_cam_imu", kRight.Inverse()));
-              }),
-              HasSubstr("cam0: T_cam_imu: found 2 rows, expected 4 rows of 4"));
 }
 
 TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {

@@ -7,6 +7,7 @@
 
 #include "data/calibration/mask.h"
 #include "data/core/error.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/pinhole_camera.h"
 #include "tests/testing/temp_folder.h"
 
@@ -46,17 +47,9 @@ TEST(CameraWords, RadialTangentialOfAnyLength) {
             Eigen::Vector4d(0.1, 0, 0, 0));
 }
 
-TEST(CameraWords, LensesHaveTheirNumbersFirst) {
-  const Camera omni = Read({"omni", "radtan", {1.2, 400, 401, 320, 240}, {-0.1, 0, 0, 0}});
-  EXPECT_EQ(omni.distortion, Distortion::kOmni);
-  EXPECT_EQ(omni.shape[0], 1.2);
-  EXPECT_EQ(omni.fy_px, 401);
-  const Camera ucm = Read({"ucm", "none", {0.6, 400, 401, 320, 240}, {}});
-  EXPECT_EQ(ucm.distortion, Distortion::kExtendedUnified);
-  EXPECT_EQ(ucm.shape, Eigen::Vector2d(0.6, 1));
-}
-
+// Lenses have their numbers first, but Basalt's last.
 TEST(CameraWords, BasaltsNamesAndOrder) {
+  EXPECT_EQ(Read({"ucm", "none", {0.6, 400, 401, 320, 240}, {}}).shape, Eigen::Vector2d(0.6, 1));
   const Camera ds = Read({"ds", "none", {150, 151, 320, 240, -0.2, 0.6}, {}});
   EXPECT_EQ(ds.shape, Eigen::Vector2d(-0.2, 0.6));
   EXPECT_EQ(ds.cy_px, 240);
@@ -106,17 +99,6 @@ TEST(CameraWords, WhatIsNoCameraIsNamed) {
   EXPECT_THAT(FaultOf({"pinhole", "radtan", kPinhole, std::vector<double>(14, 0.1)}).found,
               HasSubstr("tilted"));
   EXPECT_EQ(FaultOf({"pinhole", "none", kPinhole, {0.1}}).key, "coefficients");
-}
-
-TEST(CameraWords, NamesOfDistortionsReadBack) {
-  for (const Distortion distortion :
-       {Distortion::kNone, Distortion::kRadialTangential, Distortion::kEquidistant,
-        Distortion::kOmni, Distortion::kExtendedUnified, Distortion::kDoubleSphere,
-        Distortion::kFieldOfView}) {
-    EXPECT_EQ(FindDistortion(GetName(distortion)), distortion);
-  }
-  EXPECT_STREQ(GetName(Distortion::kRadialTangential), "radial-tangential");  // as runs have it
-  EXPECT_FALSE(FindDistortion("barrel"));
 }
 
 // A camera of the IMU's orientation, turned about y, beside the IMU.
@@ -189,30 +171,19 @@ TEST(Mask, WhiteIsLeftOut) {
 TEST(Mask, RefusesWhatIsNoMaskOfTheCamera) {
   const testing::TempFolder folder;
   Rig rig = OneCamera();
-  const auto refuse = [&](const std::string& path, const std::string& what) {
-    EXPECT_THAT(MessageOf<DataError>([&] { ReadMasks({path}, &rig); }), HasSubstr(what));
+  const auto refuse = [&](const std::vector<std::string>& paths, const std::string& what,
+                          const std::string& remedy = "") {
+    const auto fault = testing::Caught<InputFault>([&] { ReadMasks(paths, &rig); });
+    EXPECT_THAT(fault.what(), HasSubstr(what));
+    EXPECT_THAT(fault.remedy(), HasSubstr(remedy));
   };
-  refuse(WriteImage(folder, cv::Mat::zeros(20, 41, CV_8UC1)), "found 41 x 20 pixels");
-  refuse(WriteImage(folder, cv::Mat(20, 40, CV_8UC1, cv::Scalar(255))), "100 % white");
-  refuse(folder.Write("text.png", "no image"), "text.png: found no image");
-  refuse(WriteImage(folder, cv::Mat::zeros(20, 40, CV_8UC1)), "found no white");
-  const std::vector<std::string> two = {kNoMask, kNoMask};
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadMasks(two, &rig); }), HasSubstr("found 2 masks"));
-}
-
-// All black exchanged is all white, which is no mask either.
-TEST(Mask, ARemedyDoesNotLeadToTheNextFault) {
-  const testing::TempFolder folder;
-  for (const int grey : {0, 255}) {
-    Rig rig = OneCamera();
-    const cv::Mat image(20, 40, CV_8UC1, cv::Scalar(grey));
-    try {
-      ReadMasks({WriteImage(folder, image)}, &rig);
-      ADD_FAILURE() << grey;
-    } catch (const InputFault& fault) {
-      EXPECT_THAT(fault.remedy(), HasSubstr("write 255 where nothing is to be looked at"));
-    }
-  }
+  refuse({WriteImage(folder, cv::Mat::zeros(20, 41, CV_8UC1))}, "found 41 x 20 pixels");
+  refuse({folder.Write("text.png", "no image")}, "text.png: found no image");
+  refuse({kNoMask, kNoMask}, "found 2 masks");
+  // All black exchanged is all white, which is no mask either.
+  const std::string remedy = "write 255 where nothing is to be looked at";
+  refuse({WriteImage(folder, cv::Mat::zeros(20, 40, CV_8UC1))}, "found no white", remedy);
+  refuse({WriteImage(folder, cv::Mat(20, 40, CV_8UC1, cv::Scalar(255)))}, "100 % white", remedy);
 }
 
 TEST(Mask, RunsAndBack) {

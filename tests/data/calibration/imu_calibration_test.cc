@@ -8,6 +8,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/source/sequence.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {
@@ -53,12 +54,7 @@ Rig ReadWith(const std::string& imu_keys, const std::string& camera_keys = "") {
 }
 
 InputFault FaultWith(const std::string& imu_keys, const std::string& camera_keys = "") {
-  try {
-    ReadWith(imu_keys, camera_keys);
-  } catch (const InputFault& fault) {
-    return fault;
-  }
-  return InputFault("none", "none", "none");
+  return testing::Caught<InputFault>([&] { ReadWith(imu_keys, camera_keys); });
 }
 
 void ExpectCorrected(const Rig& rig) {

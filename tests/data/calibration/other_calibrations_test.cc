@@ -7,9 +7,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "data/calibration/camera_info.h"
 #include "data/calibration/camera_words.h"
 #include "data/core/error.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -340,12 +340,8 @@ TEST(OtherForms, RectifiedSettingsOfOrbSlamAreTwoAlikeCameras) {
 // The fault of files, with its remedy.
 std::string FaultOfFiles(const std::string& paths) {
   Warnings warnings;
-  try {
-    ReadCalibration(paths, &warnings);
-  } catch (const InputFault& fault) {
-    return fault.what() + ("; " + fault.remedy());
-  }
-  return "";
+  const auto fault = testing::Caught<InputFault>([&] { ReadCalibration(paths, &warnings); });
+  return fault.what() + ("; " + fault.remedy());
 }
 
 TEST(OtherForms, WhatIsMissingIsOneFaultWithATemplate) {
@@ -394,49 +390,6 @@ TEST(OtherForms, WrongOnesAreRefusedByName) {
   EXPECT_THAT(fault(basalt, "\"ds\"", "\"mirror\""), HasSubstr("camera_model: found 'mirror'"));
   EXPECT_THAT(fault(basalt, ", [640, 480]]", "]"), HasSubstr("1 resolutions"));
   EXPECT_THAT(fault(basalt, "[[640, 480]", "[[1e300, 480]"), HasSubstr("whole numbers"));
-}
-
-TEST(CameraInfo, DriversSidesAndWhatTheyDoNotKnow) {
-  CameraInfo left;
-  left.width_px = 640;
-  left.height_px = 480;
-  left.place = "info";
-  left.k << 400, 0, 320, 0, 400, 240, 0, 0, 1;
-  left.r.setIdentity();
-  left.p.leftCols<3>() = left.k;
-  CameraInfo right = left;
-  right.p(0, 3) = -400 * 0.05;
-  const auto x_m = [](const CameraInfo& a, const CameraInfo& b, ImageKind kind) {
-    const auto pose = RightPoseFromInfo(a, b, kind);
-    return pose ? pose->translation.x() : 0;
-  };
-  EXPECT_NEAR(x_m(left, right, ImageKind::kRectified), 0.05, 1e-12);
-  EXPECT_NEAR(x_m(right, left, ImageKind::kRectified), -0.05, 1e-12);
-  CameraInfo at_left = left;  // OAK's way
-  at_left.p(0, 3) = 400 * 0.05;
-  EXPECT_NEAR(x_m(at_left, left, ImageKind::kRectified), 0.05, 1e-12);
-  EXPECT_EQ(x_m(left, left, ImageKind::kRectified), 0);
-  EXPECT_EQ(x_m(left, right, ImageKind::kRaw), 0);  // R is nothing but identities
-  left.r = ExpRotation({0, 0.01, 0}).toRotationMatrix();
-  EXPECT_NE(x_m(left, right, ImageKind::kRaw), 0);
-  right.p(0, 0) = 410;  // ZED's raw ones: R does not rectify
-  EXPECT_EQ(x_m(left, right, ImageKind::kRaw), 0);
-  EXPECT_TRUE(IsUndistorted(left));
-
-  left.distortion_model = "rational_polynomial";
-  left.d = {-0.1, 0.02, 0, 0, 0.01, -0.05, 0.01, 0.002};
-  EXPECT_EQ(CameraFromInfo(left, ImageKind::kRaw).higher_coefficients[1], -0.05);
-  EXPECT_EQ(CameraFromInfo(left, ImageKind::kRectified).distortion, Distortion::kNone);
-  left.distortion_model = "equidistant";
-  left.d = {-0.1, 0.02, 0, 0, 0};
-  EXPECT_EQ(CameraFromInfo(left, ImageKind::kRaw).distortion, Distortion::kEquidistant);
-  left.distortion_model = "mystery";
-  EXPECT_THAT(MessageOf<InputFault>([&] { CameraFromInfo(left, ImageKind::kRaw); }),
-              HasSubstr("info: distortion_model: found 'mystery'"));
-  left.k.setZero();
-  left.p.setZero();
-  EXPECT_THAT(MessageOf<InputFault>([&] { CameraFromInfo(left, ImageKind::kRaw); }),
-              HasSubstr("info: found zeros as K and P"));
 }
 
 }  // namespace

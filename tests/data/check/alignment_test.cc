@@ -15,9 +15,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kTurnStart_ns = 1'000'000'000'000;
-constexpr int64_t kTurnImuStep_ns = 5'000'000, kImageStep_ns = 50'000'000;
-constexpr int kImages = 150;
+constexpr int64_t kStart_ns = 1'000'000'000'000;
+constexpr int64_t kImuStep_ns = 5'000'000, kImageStep_ns = 50'000'000;
+constexpr int kImages = 120;
 
 Eigen::Quaterniond RigRotation() {
   return ExpRotation({0.02, -0.03, 0.01}) * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());
@@ -38,27 +38,25 @@ struct TurnRecording {
 // either side.
 TurnRecording MakeTurns(double offset_s, double size = 0.5, double noise_rad = 2e-4) {
   TurnRecording made;
-  const int64_t end_ns = kTurnStart_ns + kImages * kImageStep_ns;
+  const int64_t end_ns = kStart_ns + kImages * kImageStep_ns;
   constexpr int64_t kMore_ns = 4'000'000'000;
-  for (int64_t t_ns = kTurnStart_ns - kMore_ns; t_ns < end_ns + kMore_ns; t_ns += kTurnImuStep_ns) {
-    ImuSample sample;
-    sample.stamp_ns = t_ns;
-    sample.angular_velocity_rad_s =
-        RateAt(ToSeconds(t_ns - kTurnStart_ns), size) + Eigen::Vector3d(0.01, -0.02, 0.03);
-    made.imu.push_back(sample);
+  const Vector3d bias_rad_s(0.01, -0.02, 0.03);
+  for (int64_t t_ns = kStart_ns - kMore_ns; t_ns < end_ns + kMore_ns; t_ns += kImuStep_ns) {
+    made.imu.push_back(
+        {t_ns, RateAt(ToSeconds(t_ns - kStart_ns), size) + bias_rad_s, Vector3d::Zero()});
   }
   const GyroIntegral gyro(made.imu);
   std::mt19937 random(1);
   std::normal_distribution<double> normal(0, noise_rad);
   for (int i = 0; i < kImages; ++i) {
     ImageTurn turn;
-    turn.from_ns = kTurnStart_ns + i * kImageStep_ns;
+    turn.from_ns = kStart_ns + i * kImageStep_ns;
     turn.to_ns = turn.from_ns + kImageStep_ns;
     const int64_t offset_ns = ToNanoseconds(offset_s);
-    const Eigen::Vector3d turned = gyro.Between(turn.from_ns + offset_ns, turn.to_ns + offset_ns) -
-                                   Eigen::Vector3d(0.01, -0.02, 0.03) * 0.05;
+    const Vector3d turned =
+        gyro.Between(turn.from_ns + offset_ns, turn.to_ns + offset_ns) - bias_rad_s * 0.05;
     turn.turn_rad = RigRotation().conjugate() * turned +
-                    Eigen::Vector3d(normal(random), normal(random), normal(random));
+                    Vector3d(normal(random), normal(random), normal(random));
     turn.covariance = noise_rad * noise_rad * Eigen::Matrix3d::Identity();
     made.turns.push_back(turn);
   }
@@ -66,7 +64,7 @@ TurnRecording MakeTurns(double offset_s, double size = 0.5, double noise_rad = 2
 }
 
 TEST(TurnAlignment, FindsTheTimeOffset) {
-  for (const double offset_s : {-0.15, -0.0421, 0.0, 0.0033, 0.08, 0.15}) {
+  for (const double offset_s : {-0.15, 0.0, 0.0033, 0.08}) {
     const TurnRecording made = MakeTurns(offset_s);
     const TurnAlignment found = AlignTurns(made.turns, made.imu, RigRotation(), 0);
     ASSERT_TRUE(found.enough_motion);
@@ -128,8 +126,7 @@ TEST(TurnAlignment, MeasuresTheScaleOfEachAxis) {
 // Of a recording whose samples begin and end with the images, as far as their stamps tell.
 std::optional<double> FarOffsetOf(TurnRecording made) {
   std::erase_if(made.imu, [](const ImuSample& sample) {
-    return sample.stamp_ns < kTurnStart_ns ||
-           sample.stamp_ns > kTurnStart_ns + kImages * kImageStep_ns;
+    return sample.stamp_ns < kStart_ns || sample.stamp_ns > kStart_ns + kImages * kImageStep_ns;
   });
   return FindFarOffset(made.turns, made.imu, RigRotation(), 0);
 }
@@ -138,7 +135,7 @@ TEST(TurnAlignment, ALevelRigTellsNothingOfTheAxesThatItDoesNotTurnAbout) {
   TurnRecording made = MakeTurns(0);
   const auto turn_rad_s = [](double t_s) { return 0.5 * std::sin(2.3 * t_s); };
   for (ImuSample& sample : made.imu) {
-    const double t_s = ToSeconds(sample.stamp_ns - kTurnStart_ns);
+    const double t_s = ToSeconds(sample.stamp_ns - kStart_ns);
     const Vector3d shaken_rad_s(0.003 * std::sin(3.1 * t_s), 0, 0.003 * std::cos(4.7 * t_s));
     sample.angular_velocity_rad_s =
         RigRotation() * (Vector3d(0, turn_rad_s(t_s), 0) + shaken_rad_s);
@@ -191,8 +188,7 @@ TEST(TurnAlignment, DoesNotGuessWithoutMotion) {
   EXPECT_FALSE(AlignTurns(still.turns, {}, RigRotation(), 0).enough_motion);
 }
 
-constexpr int64_t kStart_ns = 1'000'000'000'000;
-constexpr int64_t kImuStep_ns = 5'000'000, kStereoStep_ns = 200'000'000;
+constexpr int64_t kStereoStep_ns = 200'000'000;
 constexpr int kSteps = 35;
 
 // A rig that turns and moves to and fro along all its axes; camera and IMU have the same frame.
@@ -251,13 +247,6 @@ TEST(ForceAlignment, FitsAGoodRecordingAndNamesAChangeOfAxes) {
   EXPECT_LT(found.lever_m.norm(), 0.05);
   for (ImuSample& sample : made.imu) sample.specific_force_m_s2.y() *= -1;
   EXPECT_EQ(Align(made).best.change.words, "y negated");
-}
-
-TEST(ForceAlignment, MeasuresTheBaseline) {
-  const ForceAlignment found = Align(MakeForces(1, 0.5));
-  ASSERT_TRUE(found.enough_motion);
-  EXPECT_TRUE(found.best.change.IsNone());
-  EXPECT_NEAR(found.image_scale, 2, 0.1);
 }
 
 // The rotation inverted fits a little better than as claimed: no reason to change axes, and to

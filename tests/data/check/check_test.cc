@@ -8,11 +8,9 @@
 #include <functional>
 #include <numbers>
 #include <random>
-#include <sstream>
 
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
-#include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/source/recorded_source.h"
 #include "tests/testing/pinhole_camera.h"
@@ -144,16 +142,13 @@ TEST_F(CheckSmallSequence, AFolderThatIsNoSequenceIsOneFinding) {
 TEST_F(CheckSmallSequence, ACameraThatHangsIsNamedWithItsTime) {
   testing::WriteSequence(folder_, {.images = 12, .still = true});
   ExpectFinding(Check(), "frozen-camera", Severity::kError, "hangs");
-  const TempFolder other;
-  testing::WriteSequence(other, {.images = 60});
-  for (int i = 31; i < 37; ++i) {
-    cv::imwrite(other.Path(fmt::format("mav0/cam1/data/{}.png", testing::ImageStamp(i))),
-                testing::Texture(30, 4));
-  }
-  ExpectFinding(CheckSequence(other.Path()), "frozen-camera", Severity::kWarning, "hangs",
-                fmt::format("6 of 60 images of cam1 repeat the one before, the longest time 0.30 s "
+  std::filesystem::remove_all(folder_.Path("mav0"));
+  Write(40);
+  for (int i = 21; i < 27; ++i) WriteImage(1, i, testing::Texture(20, 4));
+  ExpectFinding(Check(), "frozen-camera", Severity::kWarning, "hangs",
+                fmt::format("6 of 40 images of cam1 repeat the one before, the longest time 0.30 s "
                             "from stamp {}",
-                            testing::ImageStamp(30)));
+                            testing::ImageStamp(20)));
 }
 
 TEST_F(CheckSmallSequence, ASecondCameraIsNotNeeded) {
@@ -186,10 +181,10 @@ TEST_F(CheckSmallSequence, ExposureThatSwingsIsNamedFromWhenOn) {
                         testing::ImageStamp(i));
   }
   const CheckReport report = Check();
-  ExpectFinding(report, "exposure", Severity::kWarning, "hold exposure",
-                "of cam1 swings by up to 2");
-  ExpectFinding(report, "exposure", Severity::kWarning, "hold exposure",
-                "16 of 30 sampled places, from about 1.4 s on");
+  for (const char* found :
+       {"of cam1 swings by up to 2", "16 of 30 sampled places, from about 1.4 s on"}) {
+    ExpectFinding(report, "exposure", Severity::kWarning, "hold exposure", found);
+  }
   // Images of other places, a second apart, do not tell of exposure.
   for (const int camera : {0, 1}) {
     folder_.Write(fmt::format("mav0/cam{}/data.csv", camera), rows);
@@ -252,15 +247,6 @@ TEST_F(CheckSmallSequence, EveryImagesHeaderAndLengthIsLookedAt) {
   }
 }
 
-TEST_F(CheckSmallSequence, TheHeaderOfAJpegSaysItsSize) {
-  const std::string path = folder_.Path("a.jpg");
-  cv::imwrite(path, testing::Texture(1, 0));
-  EXPECT_EQ(FindImageProblem(path, {96, 64}), nullptr);
-  EXPECT_STREQ(FindImageProblem(path, {64, 96}), kImageWrongSize);
-  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 2);
-  EXPECT_STREQ(FindImageProblem(path, {96, 64}), kImageTruncated);
-}
-
 TEST_F(CheckSmallSequence, TablesWhoseStampsAreWrongAreNamedWithARemedy) {
   Write(12);
   std::string shuffled, in_seconds;
@@ -280,8 +266,6 @@ TEST_F(CheckSmallSequence, ACalibrationFaultHasItsOwnRemedy) {
   std::string yaml = testing::SensorYaml(-0.1);
   yaml.replace(yaml.find("[96, 64]"), 8, "[96.5, 64]");
   folder_.Write("mav0/cam1/sensor.yaml", yaml);
-  EXPECT_FALSE(Check().Usable());
-  ExpectFinding(Check(), "calibration", Severity::kError, "resolution in ");
   ExpectFinding(Check(), "calibration", Severity::kError, "mav0/cam1/sensor.yaml");
 }
 
@@ -302,20 +286,6 @@ TEST_F(CheckSmallSequence, WhatIsLeftMustBeARecording) {
                 "unpaired: ");
 }
 
-TEST_F(CheckSmallSequence, StampsThatLostTheirDigitsAreNamed) {
-  Write(12);
-  for (const char* name : {"mav0/cam0/data.csv", "mav0/cam1/data.csv", "mav0/imu0/data.csv"}) {
-    std::string text = testing::ReadText(folder_.Path(name));
-    for (size_t row = text.find("\n14"); row != std::string::npos;
-         row = text.find("\n14", row + 1)) {
-      text.replace(row + 1, 19, "1.40364E+18");
-    }
-    folder_.Write(name, text);
-  }
-  ExpectFinding(Check(), "stamp-digits", Severity::kError,
-                "mav0/cam0/data.csv with all its digits, as whole numbers");
-}
-
 TEST_F(CheckSmallSequence, CanBeEnded) {
   Write(4);
   EXPECT_THROW(CheckSequence(folder_.Path(), {}, Progress([](double) { return false; })),
@@ -329,20 +299,38 @@ class CheckRealRecording : public ::testing::Test {
     if (path_.empty()) GTEST_SKIP() << "no real recording here";
     sequence_ = OpenSequence(path_);
   }
-  CheckReport CheckedGeometry() const {
+  // What a part of the check adds to a report.
+  template <typename Part>
+  CheckReport ReportOf(Part check) const {
     CheckReport report;
-    CheckGeometry(RecordedSource(sequence_), sequence_.imu, {}, &report);
+    check(RecordedSource(sequence_), &report);
     return report;
+  }
+  CheckReport CheckedGeometry() const {
+    return ReportOf([&](const RecordedSource& source, CheckReport* report) {
+      CheckGeometry(source, sequence_.imu, {}, report);
+    });
   }
   CheckReport CheckedMotion() const {
-    CheckReport report;
-    CheckMotion(RecordedSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
-    return report;
+    return ReportOf([&](const RecordedSource& source, CheckReport* report) {
+      CheckMotion(source, sequence_.rig, sequence_.imu, {}, report);
+    });
   }
   CheckReport CheckedStereo() const {
-    CheckReport report;
-    CheckStereo(RecordedSource(sequence_), {}, &report);
-    return report;
+    return ReportOf(
+        [](const RecordedSource& source, CheckReport* report) { CheckStereo(source, {}, report); });
+  }
+  CheckReport CheckedClock() const {
+    return ReportOf([&](const RecordedSource& source, CheckReport* report) {
+      CheckClock(source, sequence_.rig, sequence_.imu, {}, report);
+    });
+  }
+  CheckReport StartCheck() const {
+    RecordedSource source(sequence_);
+    return CheckStart(&source, sequence_.imu);
+  }
+  void Delay(int64_t by_ns) {
+    for (StereoEntry& pair : sequence_.images) pair.stamp_ns += by_ns;
   }
   std::string path_;
   Sequence sequence_;
@@ -352,11 +340,6 @@ TEST_F(CheckRealRecording, IsUsable) {
   const CheckReport report = CheckSequence(path_);
   EXPECT_TRUE(report.Usable()) << CheckTable(report);
   EXPECT_TRUE(report.findings.empty()) << CheckTable(report);
-}
-
-CheckReport StartCheckOf(const Sequence& sequence) {
-  RecordedSource source(sequence);
-  return CheckStart(&source, sequence.imu);
 }
 
 TEST_F(CheckRealRecording, SwappedImagesAndInvertedTransformsAreNoticed) {
@@ -369,50 +352,50 @@ TEST_F(CheckRealRecording, SwappedImagesAndInvertedTransformsAreNoticed) {
 }
 
 TEST_F(CheckRealRecording, ALateCameraIsCorrectedBeforeTheStart) {
-  for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 40'000'000;
-  const CheckReport report = StartCheckOf(sequence_);
+  Delay(40'000'000);
+  const CheckReport report = StartCheck();
   ExpectFinding(report, "time-offset", Severity::kWarning, "timeshift_cam_imu: -0.0");
   EXPECT_TRUE(report.Usable());
   EXPECT_NEAR(Corrected(sequence_.rig, report).camera_time_offset_s, -0.040, 1e-3);
 }
 
 TEST_F(CheckRealRecording, ClocksThatAreSecondsApartAreNamed) {
-  for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 3'000'000'000;
-  const CheckReport report = StartCheckOf(sequence_);
+  Delay(3'000'000'000);
+  const CheckReport report = CheckedMotion();
   ExpectFinding(report, "time-offset", Severity::kError, "add -3.00");
   EXPECT_TRUE(report.corrections.empty());
 }
 
 TEST_F(CheckRealRecording, AClockSetForwardIsToldFromAGap) {
-  const auto middle = std::next(sequence_.images.begin(), std::ssize(sequence_.images) / 2);
-  const int64_t from_ns = middle->stamp_ns;
-  const auto with = [&](bool images, bool imu, int64_t by_ns) {
-    Sequence sequence = sequence_;
-    for (StereoEntry& pair : sequence.images) {
+  const Sequence good = sequence_;
+  const int64_t from_ns = good.images[good.images.size() / 2].stamp_ns;
+  const auto set_forward = [&](bool images, bool imu, int64_t by_ns) {
+    sequence_ = good;
+    for (StereoEntry& pair : sequence_.images) {
       pair.stamp_ns += images && pair.stamp_ns >= from_ns ? by_ns : 0;
     }
-    for (ImuSample& sample : sequence.imu) {
+    for (ImuSample& sample : sequence_.imu) {
       sample.stamp_ns += imu && sample.stamp_ns >= from_ns ? by_ns : 0;
     }
-    return StartCheckOf(sequence);
   };
-  for (const int64_t by_ns : {400'000'000LL, 150'000'000LL}) {
-    const CheckReport of_imu = with(false, true, by_ns), of_images = with(true, false, by_ns);
-    const std::string by = fmt::format("take {} from the stamps of ", by_ns);
-    ExpectFinding(of_imu, "clock", Severity::kError, by + "imu0/data.csv");
-    ExpectFinding(of_images, "clock", Severity::kError, by + "cam0/data.csv and cam1/data.csv");
-  }
-  EXPECT_EQ(Find(with(true, true, 400'000'000), "clock"), nullptr);
-  Sequence lost = sequence_;
-  std::erase_if(lost.images, [&](const StereoEntry& pair) {
+  set_forward(false, true, 400'000'000);
+  ExpectFinding(CheckedGeometry(), "clock", Severity::kError,
+                "take 400000000 from the stamps of imu0/data.csv");
+  set_forward(true, false, 150'000'000);
+  ExpectFinding(CheckedClock(), "clock", Severity::kError,
+                "take 150000000 from the stamps of cam0/data.csv and cam1/data.csv");
+  set_forward(true, true, 400'000'000);
+  EXPECT_EQ(Find(CheckedClock(), "clock"), nullptr);
+  sequence_ = good;
+  std::erase_if(sequence_.images, [&](const StereoEntry& pair) {
     return pair.stamp_ns >= from_ns && pair.stamp_ns < from_ns + 400'000'000;
   });
-  EXPECT_EQ(Find(StartCheckOf(lost), "clock"), nullptr);
-  lost = sequence_;
-  std::erase_if(lost.imu, [&](const ImuSample& sample) {
+  EXPECT_EQ(Find(CheckedClock(), "clock"), nullptr);
+  sequence_ = good;
+  std::erase_if(sequence_.imu, [&](const ImuSample& sample) {
     return sample.stamp_ns >= from_ns && sample.stamp_ns < from_ns + 120'000'000;
   });
-  EXPECT_EQ(Find(StartCheckOf(lost), "clock"), nullptr);
+  EXPECT_EQ(Find(CheckedClock(), "clock"), nullptr);
 }
 
 TEST_F(CheckRealRecording, ATimeOffsetThatIsHardlyKnownIsLeftAloneAndNoted) {
@@ -449,7 +432,7 @@ TEST_F(CheckRealRecording, ATurnedRightCameraIsCorrectedBeforeTheStart) {
 
 // Each is made of the good recording.
 TEST_F(CheckRealRecording, WrongAxesAndBaselinesAreNamed) {
-  const Eigen::Quaterniond half_turn(0, 1, 0, 0);
+  const RigidTransform half_turn(Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero());
   struct Fault {
     std::function<void(Sequence*)> make;
     std::string name, remedy, found;
@@ -472,7 +455,7 @@ TEST_F(CheckRealRecording, WrongAxesAndBaselinesAreNamed) {
        }),
        "accel-axes", "x and z swapped", ""},
       {[&](Sequence* sequence) {
-         for (RigidTransform& T : sequence->rig.T_imu_camera) T = RigidTransform(half_turn, {}) * T;
+         for (RigidTransform& T : sequence->rig.T_imu_camera) T = half_turn * T;
        },
        "imu-camera", "[0.01", "y and z negated"},
       {longer(-0.5), "baseline", "0.1", ""},
@@ -486,41 +469,22 @@ TEST_F(CheckRealRecording, WrongAxesAndBaselinesAreNamed) {
   }
 }
 
-// A Kalibr chain of a rig with the IMU's axes mirrored: those of T_cam_imu's columns.
-std::string MirroredChain(const std::string& folder, const Rig& rig,
-                          const Eigen::Matrix3d& mirror) {
-  const std::string path = folder + "/chain.yaml";
-  std::string text;
-  for (int i = 0; i < 2; ++i) {
-    Eigen::Matrix4d T = rig.T_imu_camera[i].Inverse().Matrix();
-    T.topLeftCorner<3, 3>() *= mirror;
-    const Camera& c = rig.cameras[i];
-    std::ostringstream rows;
-    const Eigen::IOFormat list(17, Eigen::DontAlignCols, ", ", ", ", "[", "]", "[", "]");
-    rows << T.format(list);
-    text += fmt::format(
-        "cam{}:\n  T_cam_imu: {}\n  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
-        "  distortion_model: radtan\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n",
-        i, rows.str(), c.coefficients[0], c.coefficients[1], c.coefficients[2], c.coefficients[3],
-        c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.width_px, c.height_px);
-  }
-  WriteFile(path, text);
-  return path;
-}
-
+// The rows of the cameras' poses are the IMU's axes.
 TEST_F(CheckRealRecording, MirroredAxesOfTheImuAreNamed) {
-  const testing::TempFolder folder;
-  Eigen::Matrix3d swapped;
-  swapped << 0, 1, 0, 1, 0, 0, 0, 0, 1;
-  const Eigen::Matrix3d negated = Eigen::Vector3d(1, 1, -1).asDiagonal();
-  for (const auto& [mirror, words] :
-       {std::pair(swapped, "x and y swapped"), std::pair(negated, "z negated")}) {
-    SequenceOptions options;
-    options.calibration = MirroredChain(folder.Path(), sequence_.rig, mirror);
-    const CheckReport report = CheckSequence(path_, options);
-    ExpectFinding(report, "calibration", Severity::kError, words, "determinant -1");
-    EXPECT_THROW(OpenSequence(path_, options), MirroredFault);
+  const TempFolder folder;
+  for (const std::string sensor : {"cam0", "cam1", "imu0"}) {
+    std::string text = testing::ReadText(path_ + "/mav0/" + sensor + "/sensor.yaml");
+    if (sensor != "imu0") {
+      const size_t x = text.find("data: [") + 7, y = text.find('\n', x), z = text.find('\n', y + 1);
+      text = text.substr(0, x) + text.substr(y, z - y) + text.substr(x, y - x) + text.substr(z);
+    }
+    folder.Write("mav0/" + sensor + "/sensor.yaml", text);
   }
+  SequenceOptions options;
+  options.calibration = folder.Path("mav0");
+  ExpectFinding(CheckSequence(path_, options), "calibration", Severity::kError, "x and y swapped",
+                "determinant -1");
+  EXPECT_THROW(OpenSequence(path_, options), MirroredFault);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kDuration_s = 24, kRate_hz = 20;
+constexpr double kDuration_s = 24, kRate_hz = 12;
 
 // A recording in a room whose liveliest `dark_s` are dark.
 testing::MemorySource PartlyDark(double dark_s) {
@@ -47,10 +47,8 @@ testing::MemorySource PartlyDark(double dark_s) {
 std::string Findings(double dark_s) {
   const testing::MemorySource source = PartlyDark(dark_s);
   testing::MemorySource imu = source;
-  std::vector<ImuSample> samples;
-  for (auto sample = imu.NextImu(); sample; sample = imu.NextImu()) samples.push_back(*sample);
   CheckReport report;
-  CheckMotion(source, source.info().rig, samples, Progress(), &report);
+  CheckMotion(source, source.info().rig, AllSamples(&imu), Progress(), &report);
   std::string names;
   for (const CheckFinding& finding : report.findings) names += finding.name + " ";
   return names;
@@ -152,7 +150,7 @@ cv::Mat MaskOf(const Walk& walk) {
 }
 
 TEST(Carried, WhatMovesWithTheRigIsFound) {
-  for (const int rows_px : {40, 84, 144}) {
+  for (const int rows_px : {40, 144}) {
     const cv::Mat mask = MaskOf({.carried_rows_px = rows_px});
     ASSERT_FALSE(mask.empty()) << rows_px;
     EXPECT_EQ(cv::countNonZero(mask.rowRange(kHeight_px - rows_px, kHeight_px)), 0) << rows_px;
@@ -160,15 +158,14 @@ TEST(Carried, WhatMovesWithTheRigIsFound) {
   }
 }
 
-TEST(Carried, ABuildingIsNot) { EXPECT_TRUE(MaskOf({}).empty()); }
-
-TEST(Carried, ARigAtRestIsNotWhateverItsGyroscopeSays) {
+// Nor is a rig at rest, whatever its gyroscope says, or one that turns and moves so that what it
+// looks at stays nearly where it is for a while.
+TEST(Carried, ABuildingIsNot) {
+  EXPECT_TRUE(MaskOf({}).empty());
   EXPECT_TRUE(MaskOf({.swing_rad = 0, .bias_rad_s = 0.09}).empty());
   EXPECT_TRUE(MaskOf({.swing_rad = 0.01, .bias_rad_s = 0.05}).empty());
+  EXPECT_TRUE(MaskOf({.orbit_px = 0.2}).empty());
 }
-
-// The rig turns, and by its movement what it looks at stays nearly where it is for a while.
-TEST(Carried, WhatTheRigCirclesIsNot) { EXPECT_TRUE(MaskOf({.orbit_px = 0.2}).empty()); }
 
 constexpr double kNoise_rad = 0.002;
 

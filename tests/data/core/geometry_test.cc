@@ -43,14 +43,6 @@ TEST(Rotation, RightJacobianMatchesDifferences) {
   }
 }
 
-TEST(RigidTransform, ComposesAndInverts) {
-  const RigidTransform a(ExpRotation({0.1, 0.2, -0.4}), {1, 2, 3});
-  const RigidTransform b(ExpRotation({-1.1, 0.2, 0.4}), {-1, 0.5, 9});
-  const Eigen::Vector3d p(0.3, -0.2, 4);
-  EXPECT_LT(((a * b) * p - a * (b * p)).norm(), 1e-12);
-  EXPECT_LT((a.Inverse() * (a * p) - p).norm(), 1e-12);
-}
-
 TEST(RigidTransform, OfAMatrixNeedsARotationAndTheLastRow) {
   const Eigen::Matrix4d good = Eigen::Matrix4d::Identity();
   EXPECT_NO_THROW(RigidTransformFromMatrix(good, "T_BS"));

@@ -10,6 +10,7 @@
 #include "data/rig/frames.h"
 #include "data/rig/topics.h"
 #include "tests/data/rig/made_rig_bag.h"
+#include "tests/testing/caught.h"
 
 namespace slcmap {
 namespace {
@@ -75,12 +76,8 @@ Calibration ReadOf(const MadeRigBag& made, Warnings* warnings, const std::string
 
 std::string FaultOf(const MadeRigBag& made, const std::string& beside = "") {
   Warnings warnings;
-  try {
-    ReadOf(made, &warnings, beside);
-  } catch (const InputFault& fault) {
-    return fault.what() + ("; " + fault.remedy());
-  }
-  return "";
+  const auto fault = testing::Caught<InputFault>([&] { ReadOf(made, &warnings, beside); });
+  return fault.what() + ("; " + fault.remedy());
 }
 
 void ExpectPoses(const Rig& rig, const RigidTransform& T_left_right, double within = 1e-9) {

@@ -14,6 +14,7 @@
 #include "data/source/recorded_source.h"
 #include "data/source/sequence_options_json.h"
 #include "tests/data/bag/made_bag.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {
@@ -58,6 +59,21 @@ class BagRecording : public ::testing::Test {
     options.needs_imu = false;
     counts_ = WriteAslRecording(*OpenTables(bag, options), {}, path, {});
     return path;
+  }
+
+  // Writes the tables of so many images anew, with other stamps.
+  template <typename Moved>
+  void MoveTables(int images, const Moved& moved_ns) {
+    std::string rows = kAslImagesHead, imu = kAslImuHead;
+    for (int i = 0; i < images; ++i) {
+      rows += fmt::format("{},{}.png\n", moved_ns(ImageStamp(i)), ImageStamp(i));
+    }
+    const int64_t last_ns = ImageStamp(images);
+    for (int64_t t = ImageStamp(0) - 20'000'000; t <= last_ns; t += testing::kImuStep_ns) {
+      imu += testing::ImuRow(moved_ns(t)) + "\n";
+    }
+    for (const char* camera : {"/cam0", "/cam1"}) WriteFile(Asl() + camera + "/data.csv", rows);
+    WriteFile(Asl() + "/imu0/data.csv", imu);
   }
 
   TempFolder folder_;
@@ -107,7 +123,6 @@ TEST_P(EveryBag, OpensAsTheFolderDoesAndBecomesOneAgain) {
     const std::string back = MakeFolderOf(bag);
     EXPECT_TRUE(counts_.warnings.entries().empty());
     ExpectSame(folder, OpenSequence(back, WithCalibration()));
-    EXPECT_EQ(ReadFile(back + "/imu0/data.csv").size() > 0, true);
     if (keep_files) {
       const std::string name = "/cam0/data/" + std::to_string(ImageStamp(3)) + ".png";
       EXPECT_EQ(ReadFile(back + name), ReadFile(Asl() + name));
@@ -115,7 +130,11 @@ TEST_P(EveryBag, OpensAsTheFolderDoesAndBecomesOneAgain) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryBag, ::testing::ValuesIn(testing::kBagCases),
+// Of each form; bag/bag_test has all compressions.
+INSTANTIATE_TEST_SUITE_P(All, EveryBag,
+                         ::testing::Values(BagCase{"bag", "lz4", BagEncoding::kRos1},
+                                           BagCase{"db3", "zstd", BagEncoding::kCdr},
+                                           BagCase{"mcap", "zstd", BagEncoding::kRos1}),
                          [](const auto& test) {
                            return std::string(test.param.form) + "_" + test.param.compression;
                          });
@@ -142,13 +161,9 @@ TEST_F(BagRecording, IsOpenedAgainAsItWas) {
 
 TEST_F(BagRecording, WithoutACalibrationSaysHowToGiveIt) {
   const std::string bag = MakeBag({"bag", "none"});
-  try {
-    OpenSequence(bag);
-    FAIL();
-  } catch (const InputFault& fault) {
-    EXPECT_THAT(fault.what(), HasSubstr("/cam0/image_raw"));
-    EXPECT_THAT(fault.remedy(), HasSubstr("--calibration"));
-  }
+  const auto fault = testing::Caught<InputFault>([&] { OpenSequence(bag); });
+  EXPECT_THAT(fault.what(), HasSubstr("/cam0/image_raw"));
+  EXPECT_THAT(fault.remedy(), HasSubstr("--calibration"));
 }
 
 TEST_F(BagRecording, ListsItsTopicsWithWhatTheyAreTakenAs) {
@@ -182,12 +197,9 @@ TEST_F(BagRecording, SixteenBitsStay) {
   }
   const Sequence folder = OpenSequence(Asl());
   EXPECT_EQ(folder.pixel_forms[0].bits, 10);
-  ExpectSame(folder, OpenSequence(MakeBag({"db3", "none"}), WithCalibration()));
-  PixelForm whole;
-  const Sequence bag = OpenSequence(folder_.Path("walk"), WithCalibration());
-  const cv::Mat one = ReadGrayImage(folder.images[1].left_path, {}, whole).image;
-  const cv::Mat other = ReadGrayImage(*bag.store, bag.images[1].left_path, {}, whole).image;
-  EXPECT_EQ(cv::norm(one, other, cv::NORM_INF), 0);
+  const Sequence bag = OpenSequence(MakeBag({"db3", "none"}), WithCalibration());
+  EXPECT_EQ(bag.pixel_forms[0].bits, 10);
+  ExpectSame(folder, bag);
 }
 
 Warnings ReadThrough(const Sequence& sequence, size_t* pairs) {
@@ -233,20 +245,6 @@ TEST_F(BagRecording, CountsImagesWithFewerPixelsThanTheySay) {
   EXPECT_EQ(OpenTables(path, {})->ReadImages(0, &warnings).elements.size(),
             static_cast<size_t>(kPairs - 1));
   EXPECT_EQ(warnings.Count(kMessageUnreadable), 1);
-}
-
-TEST_F(BagRecording, KeepsWhatIsWholeOfOneThatWasCutOff) {
-  for (const char* form : {"bag", "mcap"}) {
-    const std::string path = MakeBag({form, "none"});
-    fs::resize_file(path, fs::file_size(path) * 6 / 10);
-    const Sequence cut = OpenSequence(path, WithCalibration());
-    EXPECT_GE(cut.images.size(), 4u);
-    EXPECT_LT(cut.images.size(), static_cast<size_t>(kPairs));
-    EXPECT_GE(cut.warnings.Count(kBagCutOff), 1);
-    size_t pairs = 0;
-    ReadThrough(cut, &pairs);
-    EXPECT_EQ(pairs, cut.images.size());
-  }
 }
 
 // Before its calibration, which lacks the IMU's frame then, too.
@@ -346,41 +344,21 @@ TEST_F(BagRecording, OfOverlappingFilesEachMessageIsTakenOnce) {
 
 // As logs of videos have them, which begin at 0.
 TEST_F(BagRecording, SamplesBeforeTimeZeroAreLeftOut) {
-  std::string images = kAslImagesHead, imu = kAslImuHead;
-  for (int i = 0; i < kPairs; ++i) {
-    images += fmt::format("{},{}.png\n", i * testing::kImageStep_ns, ImageStamp(i));
-  }
-  for (int64_t t = -50'000'000; t <= kPairs * testing::kImageStep_ns; t += testing::kImuStep_ns) {
-    imu += testing::ImuRow(t) + "\n";
-  }
-  for (const char* camera : {"cam0", "cam1"})
-    WriteFile(fmt::format("{}/{}/data.csv", Asl(), camera), images);
-  WriteFile(Asl() + "/imu0/data.csv", imu);
+  MoveTables(kPairs, [](int64_t stamp_ns) { return stamp_ns - ImageStamp(0); });
   const Sequence bag = OpenSequence(MakeBag({"mcap", "none"}), WithCalibration());
-  EXPECT_EQ(counts_.warnings.Count("samples_before_time_zero"), 10);
+  EXPECT_EQ(counts_.warnings.Count("samples_before_time_zero"), 4);
   EXPECT_EQ(bag.images.size(), static_cast<size_t>(kPairs));
   EXPECT_EQ(bag.imu.front().stamp_ns, 0);
 }
 
 // Rows stay in the order in which they were written: what tells of a clock that was set back.
 TEST_F(BagRecording, AClockThatWasSetBackIsPutRightAsOfTheFolder) {
-  constexpr int kMany = 40, kSetAt = 20;
+  constexpr int kMany = 40;
   fs::remove_all(Asl());
   testing::WriteSequence(folder_, {.images = kMany, .still = true});
-  const auto moved_ns = [](int64_t stamp_ns, bool is_late) {
-    return stamp_ns - (is_late ? 5'000'000'000 : 0);
-  };
-  std::string images = kAslImagesHead, imu = kAslImuHead;
-  for (int i = 0; i < kMany; ++i) {
-    images += fmt::format("{},{}.png\n", moved_ns(ImageStamp(i), i >= kSetAt), ImageStamp(i));
-  }
-  for (int64_t t = ImageStamp(0) - 20'000'000; t <= ImageStamp(kMany); t += testing::kImuStep_ns) {
-    imu += testing::ImuRow(moved_ns(t, t >= ImageStamp(kSetAt))) + "\n";
-  }
-  for (const char* camera : {"cam0", "cam1"}) {
-    WriteFile(fmt::format("{}/{}/data.csv", Asl(), camera), images);
-  }
-  WriteFile(Asl() + "/imu0/data.csv", imu);
+  MoveTables(kMany, [](int64_t stamp_ns) {
+    return stamp_ns - (stamp_ns >= ImageStamp(20) ? 5'000'000'000 : 0);
+  });
   const Sequence folder = OpenSequence(Asl());
   EXPECT_EQ(folder.images.size(), static_cast<size_t>(kMany));
   const Sequence bag = OpenSequence(MakeBag({"bag", "none"}), WithCalibration());

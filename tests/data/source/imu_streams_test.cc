@@ -38,6 +38,16 @@ std::string Numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.9g},{:.9g},{:.9g}", v.x(), v.y(), v.z());
 }
 
+int64_t StampOf(int i) { return kStart_ns + i * kStep_ns; }
+
+// What `row` makes of each sample.
+template <typename Row>
+std::string Rows(const Row& row, int count = kCount) {
+  std::string rows;
+  for (int i = 0; i < count; ++i) rows += row(i);
+  return rows;
+}
+
 std::string PlainRow(int64_t stamp_ns, int i) {
   return fmt::format("{},{},{}\n", stamp_ns, Numbers(GyroAt(TimeOf(i))),
                      Numbers(AccelAt(TimeOf(i))));
@@ -67,15 +77,12 @@ void ExpectOnTime(const std::vector<ImuSample>& samples, double late_s, double m
 // Gyroscope at every step, accelerometer after every third, with `blank` for the half that a row
 // lacks.
 std::string TwoStreams(const std::string& blank) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) {
-    const int64_t stamp_ns = kStart_ns + i * kStep_ns;
-    rows += fmt::format("{},{},{}\n", stamp_ns, Numbers(GyroAt(TimeOf(i))), blank);
-    if (i % 3 != 0) continue;
-    rows +=
-        fmt::format("{},{},{}\n", stamp_ns + 1300000, blank, Numbers(AccelAt(TimeOf(i) + 0.0013)));
-  }
-  return rows;
+  return Rows([&](int i) {
+    const std::string gyro =
+        fmt::format("{},{},{}\n", StampOf(i), Numbers(GyroAt(TimeOf(i))), blank);
+    const std::string force = Numbers(AccelAt(TimeOf(i) + 0.0013));
+    return i % 3 == 0 ? gyro + fmt::format("{},{},{}\n", StampOf(i) + 1300000, blank, force) : gyro;
+  });
 }
 
 TEST(ImuStreams, RowsOfOneSensorAreJoined) {
@@ -89,32 +96,30 @@ TEST(ImuStreams, RowsOfOneSensorAreJoined) {
     EXPECT_EQ(warnings.entries().size(), 1u) << blank;
     ExpectOnTime(samples, 0, 1e-6);
   }
-  std::string gyro, accel;  // one after the other in the file too
-  for (int i = 0; i < kCount; ++i) {
-    const int64_t stamp_ns = kStart_ns + i * kStep_ns;
-    gyro += fmt::format("{},{}\n", stamp_ns, Numbers(GyroAt(TimeOf(i))));
-    accel += fmt::format("{},,,,{}\n", stamp_ns + 700, Numbers(AccelAt(TimeOf(i))));
-  }
-  Warnings apart;
-  ExpectOnTime(Read(gyro + accel, &apart), 0, 1e-5);
-  EXPECT_EQ(apart.Count(kImuJoined), 1);
+  // One after the other in the file too.
+  const std::string apart =
+      Rows([](int i) { return fmt::format("{},{}\n", StampOf(i), Numbers(GyroAt(TimeOf(i)))); }) +
+      Rows([](int i) {
+        return fmt::format("{},,,,{}\n", StampOf(i) + 700, Numbers(AccelAt(TimeOf(i))));
+      });
+  Warnings warnings;
+  ExpectOnTime(Read(apart, &warnings), 0, 1e-5);
+  EXPECT_EQ(warnings.Count(kImuJoined), 1);
   for (const int every : {2, 3, 4}) {  // a held half is renewed where it changes
-    std::string rows;
-    for (int i = 0; i < kCount; ++i) {
-      rows += fmt::format("{},{},{}\n", kStart_ns + i * kStep_ns, Numbers(GyroAt(TimeOf(i))),
-                          Numbers(AccelAt(TimeOf(i / every * every))));
-    }
     Warnings held;
+    const std::string rows = Rows([&](int i) {
+      return fmt::format("{},{},{}\n", StampOf(i), Numbers(GyroAt(TimeOf(i))),
+                         Numbers(AccelAt(TimeOf(i / every * every))));
+    });
     ExpectOnTime(Read(rows, &held), 0, 1e-6);
     EXPECT_EQ(held.Count(kImuJoined), 1) << every;
   }
 }
 
 TEST(ImuStreams, RepeatedSamplesAreLeftOut) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) rows += PlainRow(kStart_ns + i * kStep_ns, i / 2 * 2);
   Warnings warnings;
-  const std::vector<ImuSample> samples = Read(rows, &warnings);
+  const std::vector<ImuSample> samples =
+      Read(Rows([](int i) { return PlainRow(StampOf(i), i / 2 * 2); }), &warnings);
   EXPECT_EQ(samples.size(), kCount / 2u);
   EXPECT_EQ(warnings.Count(kImuRepeated), kCount / 2);
   EXPECT_EQ(warnings.Count(kImuJoined), 0);
@@ -122,21 +127,18 @@ TEST(ImuStreams, RepeatedSamplesAreLeftOut) {
 
 // What `row` makes of each sample of a good recording, which must be taken as it is.
 void ExpectUntouched(const std::function<std::string(int)>& row) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) rows += row(i);
   Warnings warnings;
-  const std::vector<ImuSample> samples = Read(rows, &warnings);
+  const std::vector<ImuSample> samples = Read(Rows(row), &warnings);
   EXPECT_EQ(samples.size(), static_cast<size_t>(kCount));
   EXPECT_TRUE(warnings.entries().empty()) << warnings.entries().begin()->first;
 }
 
 TEST(ImuStreams, GoodRecordingsThatLookAlikeAreNotAccused) {
-  const auto stamp = [](int i) { return kStart_ns + i * kStep_ns; };
-  ExpectUntouched([&](int i) { return PlainRow(stamp(i), i); });
+  ExpectUntouched([&](int i) { return PlainRow(StampOf(i), i); });
   // At rest, without noise; and with a dead axis.
-  ExpectUntouched([&](int i) { return fmt::format("{},0,0,0,0,0,9.81\n", stamp(i)); });
+  ExpectUntouched([&](int i) { return fmt::format("{},0,0,0,0,0,9.81\n", StampOf(i)); });
   ExpectUntouched([&](int i) {
-    return fmt::format("{},0,{:.4f},0,0,{:.4f},9.81\n", stamp(i), GyroAt(TimeOf(i)).y(),
+    return fmt::format("{},0,{:.4f},0,0,{:.4f},9.81\n", StampOf(i), GyroAt(TimeOf(i)).y(),
                        AccelAt(TimeOf(i)).y());
   });
   // Coarse readings at rest, which repeat as noise has it.
@@ -146,35 +148,30 @@ TEST(ImuStreams, GoodRecordingsThatLookAlikeAreNotAccused) {
       const auto code = [&] {
         return 0.01 * static_cast<double>(generator() % codes / (codes - 1));
       };
-      return fmt::format("{},{},0,0,{},0,9.81\n", stamp(i), code(), code());
+      return fmt::format("{},{},0,0,{},0,9.81\n", StampOf(i), code(), code());
     });
   }
   // Stamps of a host that is late by chance.
-  ExpectUntouched([&](int i) { return PlainRow(stamp(i) + generator() % 2000000, i); });
+  ExpectUntouched([&](int i) { return PlainRow(StampOf(i) + generator() % 2000000, i); });
 }
 
 TEST(ImuStreams, SamplesInterpolatedAtImagesAreNoPackets) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) {
-    rows += PlainRow(kStart_ns + i * kStep_ns, i);
-    const double between = 0.02 + 0.96 * (i % 50) / 50.0;
-    if (i % 4 != 1) continue;
-    const auto late_ns = static_cast<int64_t>(between * kStep_ns);
-    rows += fmt::format("{},{},{}\n", kStart_ns + i * kStep_ns + late_ns,
-                        Numbers(GyroAt(TimeOf(i) + 1e-9 * static_cast<double>(late_ns))),
-                        Numbers(AccelAt(TimeOf(i) + 1e-9 * static_cast<double>(late_ns))));
-  }
   Warnings warnings;
+  const std::string rows = Rows([](int i) {
+    const auto late_ns = static_cast<int64_t>((0.02 + 0.96 * (i % 50) / 50.0) * kStep_ns);
+    const double t_s = TimeOf(i) + 1e-9 * static_cast<double>(late_ns);
+    const std::string row = PlainRow(StampOf(i), i);
+    return i % 4 == 1 ? row + fmt::format("{},{},{}\n", StampOf(i) + late_ns, Numbers(GyroAt(t_s)),
+                                          Numbers(AccelAt(t_s)))
+                      : row;
+  });
   Read(rows, &warnings);
   EXPECT_TRUE(warnings.entries().empty()) << warnings.entries().begin()->first;
 }
 
 TEST(ImuStreams, ASensorTooSlowIsRefused) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) {
-    const int64_t stamp_ns = kStart_ns + i * kStep_ns;
-    rows += fmt::format("{},{},,,\n", stamp_ns, Numbers(GyroAt(TimeOf(i))));
-  }
+  const std::string rows =
+      Rows([](int i) { return fmt::format("{},{},,,\n", StampOf(i), Numbers(GyroAt(TimeOf(i)))); });
   EXPECT_THAT(FaultOf(rows), HasSubstr("found 0 readings of the accelerometer"));
 }
 
@@ -233,26 +230,22 @@ TEST(ImuStamps, ADriftingClockIsFollowed) {
 }
 
 TEST(ImuStamps, ASampleThatRepeatsAStampGetsItsOwn) {
-  std::string rows;
-  for (int i = 0; i < kCount; ++i) {
-    rows += PlainRow(kStart_ns + (i % 3 == 1 ? i - 1 : i) * kStep_ns, i);
-  }
   Warnings warnings;
-  const std::vector<ImuSample> samples = Read(rows, &warnings);
+  const std::vector<ImuSample> samples =
+      Read(Rows([](int i) { return PlainRow(StampOf(i % 3 == 1 ? i - 1 : i), i); }), &warnings);
   EXPECT_EQ(samples.size(), static_cast<size_t>(kCount));
   EXPECT_EQ(warnings.Count(kImuStampsShared), 1);
   EXPECT_EQ(warnings.Count(kStampUnsorted), 0);
   ExpectOnTime(samples, 0, 1e-6);
 }
 
-std::string Written(const std::string& stamp_format, int rows = 300) {
-  std::string text;
-  for (int i = 0; i < rows; ++i) {
-    const int64_t stamp_ns = kStart_ns + i * kStep_ns;
-    text += fmt::format(fmt::runtime(stamp_format), static_cast<double>(stamp_ns)) + "," +
-            Numbers(GyroAt(TimeOf(i))) + "," + Numbers(AccelAt(TimeOf(i))) + "\n";
-  }
-  return text;
+// Of 300 samples, with stamps as a format has them.
+std::string Written(const std::string& stamp_format) {
+  const auto row = [&](int i) {
+    return fmt::format(fmt::runtime(stamp_format + ",{},{}\n"), static_cast<double>(StampOf(i)),
+                       Numbers(GyroAt(TimeOf(i))), Numbers(AccelAt(TimeOf(i))));
+  };
+  return Rows(row, 300);
 }
 
 TEST(LostDigits, AreNamedWhereTheyMatter) {
@@ -273,17 +266,14 @@ TEST(LostDigits, AreNamedWhereTheyMatter) {
 
 TEST(DecimalCommas, AreNamed) {
   const auto with_commas = [](char separator, const std::string& quote) {
-    std::string rows;
-    for (int i = 0; i < 50; ++i) {
-      rows += std::to_string(kStart_ns + i * kStep_ns);
-      for (const double v : {0.25, -0.5, 0.125, 0.75, -0.0625, 9.8125}) {
-        std::string number = fmt::format("{:.4f}", v);
-        number[number.find('.')] = ',';
-        rows += separator + quote + number + quote;
+    const auto row = [&](int i) {
+      std::string text = std::to_string(StampOf(i));
+      for (const char* number : {"0,25", "-0,5", "0,125", "0,75", "-0,0625", "9,8125"}) {
+        text += separator + quote + number + quote;
       }
-      rows += "\n";
-    }
-    return rows;
+      return text + "\n";
+    };
+    return Rows(row, 50);
   };
   for (const std::string& rows :
        {with_commas(';', ""), with_commas(',', "\""), with_commas(',', "")}) {
@@ -291,25 +281,10 @@ TEST(DecimalCommas, AreNamed) {
   }
 }
 
-TEST(TableText, QuotesAndTrailingCommasDoNotMatter) {
-  std::string rows;
-  for (int i = 0; i < 50; ++i) {
-    rows += fmt::format("\"{}\",\"0.1\",\"{}\",0.3,0.4,0.5,\"9.8\",\n", kStart_ns + i * kStep_ns,
-                        0.01 * i);
-  }
-  Warnings warnings;
-  const std::vector<ImuSample> samples = Read(rows, &warnings);
-  ASSERT_EQ(samples.size(), 50u);
-  EXPECT_EQ(samples[7].stamp_ns, kStart_ns + 7 * kStep_ns);
-  EXPECT_EQ(samples[7].specific_force_m_s2.z(), 9.8);
-  EXPECT_TRUE(warnings.entries().empty());
-}
-
 TEST(TableText, MostRowsUnreadableIsAFaultThatShowsOne) {
-  std::string rows;
-  for (int i = 0; i < 50; ++i) rows += fmt::format("12:00:{:02},1,2,3,4,5,6\n", i);
-  EXPECT_THAT(FaultOf(rows), AllOf(HasSubstr("found 50 of 50 rows that cannot be read"),
-                                   HasSubstr("row 2: '12:00:00 | 1")));
+  const auto row = [](int i) { return fmt::format("12:00:{:02},1,2,3,4,5,6\n", i); };
+  EXPECT_THAT(FaultOf(Rows(row, 50)), AllOf(HasSubstr("found 50 of 50 rows that cannot be read"),
+                                            HasSubstr("row 2: '12:00:00 | 1")));
 }
 
 // Clocks that go back half-way, of both sensors alike or of the accelerometer alone.
@@ -317,13 +292,12 @@ TEST(ImuStreams, AClockThatIsSetBackIsPutRightBeforeTheyAreJoined) {
   for (const auto& [gyro_back_ns, accel_back_ns] :
        {std::pair{3'000'000'000LL, 3'000'000'000LL}, {0LL, 3'001'000'000LL}}) {
     SCOPED_TRACE(gyro_back_ns);
-    std::string rows;
-    for (int i = 0; i < kCount; ++i) {
-      const int64_t stamp_ns = kStart_ns + i * kStep_ns, is_back = i < kCount / 2 ? 0 : 1;
-      rows += fmt::format("{},{},,,\n{},,,,{}\n", stamp_ns - is_back * gyro_back_ns,
-                          Numbers(GyroAt(TimeOf(i))), stamp_ns + 700'000 - is_back * accel_back_ns,
-                          Numbers(AccelAt(TimeOf(i) + 0.0007)));
-    }
+    const std::string rows = Rows([&](int i) {
+      const int64_t is_back = i < kCount / 2 ? 0 : 1;
+      return fmt::format("{},{},,,\n{},,,,{}\n", StampOf(i) - is_back * gyro_back_ns,
+                         Numbers(GyroAt(TimeOf(i))), StampOf(i) + 700'000 - is_back * accel_back_ns,
+                         Numbers(AccelAt(TimeOf(i) + 0.0007)));
+    });
     Warnings warnings;
     std::vector<ClockJump> jumps;
     const auto samples = Read(rows, &warnings, &jumps);
@@ -340,18 +314,18 @@ TEST(ImuStreams, AClockThatIsSetBackIsPutRightBeforeTheyAreJoined) {
 }
 
 TEST(ImuTables, NumbersThatLostTheirPointsOrDigitsAreNamed) {
-  std::string pointless, rounded, as_floats;
-  for (int i = 0; i < 300; ++i) {
-    pointless +=
-        fmt::format("{},-00984365698,01277581012,0037690000,81476550000,-03759000,-40860\n",
-                    kStart_ns + i * kStep_ns);
-    rounded +=
-        fmt::format("{},{},{}\n", 1403636579 + i / 150, Numbers(GyroAt(0)), Numbers(AccelAt(0)));
-    as_floats += PlainRow(1403636620423364608, i);  // as a float of 32 bits keeps them
-  }
+  const std::string still = Numbers(GyroAt(0)) + "," + Numbers(AccelAt(0)) + "\n";
+  const std::string pointless = Rows([](int i) {
+    return fmt::format("{},-00984365698,01277581012,0037690000,81476550000,-03759000,-40860\n",
+                       StampOf(i));
+  });
+  const auto rounded = [&](int i) { return fmt::format("{},{}", 1403636579 + i / 150, still); };
+  // As a float of 32 bits keeps them.
+  const auto as_float = [](int i) { return PlainRow(1403636620423364608, i); };
   EXPECT_THAT(FaultOf(pointless), HasSubstr("lost their decimal points"));
-  EXPECT_THAT(FaultOf(rounded), HasSubstr("only 2 different stamps"));
-  EXPECT_THAT(FaultOf(as_floats), HasSubstr("found 300 rows with only 1 different stamps"));
+  EXPECT_THAT(FaultOf(Rows(rounded, 300)), HasSubstr("only 2 different stamps"));
+  EXPECT_THAT(FaultOf(Rows(as_float, 300)),
+              HasSubstr("found 300 rows with only 1 different stamps"));
 }
 
 constexpr int64_t kImageStep_ns = 50'000'000;

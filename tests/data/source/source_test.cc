@@ -29,6 +29,12 @@ class RecordedPairs : public ::testing::Test {
     return folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(index)));
   }
 
+  static void Damage(const std::string& path) {
+    std::string bytes = testing::ReadText(path);
+    bytes[bytes.size() / 2] ^= 0x55;
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+
   // The indices of the pairs that are given out.
   std::vector<int> ReadAll(const RecordedSourceOptions& options = {}) {
     const Sequence sequence = OpenSequence(folder_.Path());
@@ -66,23 +72,16 @@ TEST_F(RecordedPairs, LeavesOutWhatCannotBeReadAndCountsIt) {
   cv::imwrite(Image(0, 5), cv::Mat(64, 95, CV_8U, cv::Scalar(7)));
   std::ofstream(Image(1, 7)) << "this is no image";
   std::ofstream(Image(0, 9)).close();
-  std::string damaged = testing::ReadText(Image(0, 11));
-  damaged[damaged.size() / 2] ^= 0x55;
-  std::ofstream(Image(0, 11), std::ios::binary) << damaged;
+  Damage(Image(0, 11));
   EXPECT_THAT(ReadAll(), ElementsAre(0, 2, 4, 6, 8, 10));
   EXPECT_EQ(warnings_.Count(kImageMissing), 1);
   EXPECT_EQ(warnings_.Count(kImageTruncated), 2);
   EXPECT_EQ(warnings_.Count(kImageWrongSize), 1);
   EXPECT_EQ(warnings_.Count(kImageUndecodable), 2);
-}
-
-TEST_F(RecordedPairs, GivesNoRightImageWhosePixelsAreDamaged) {
-  std::string damaged = testing::ReadText(Image(1, 0));
-  damaged[damaged.size() / 2] ^= 0x55;
-  std::ofstream(Image(1, 0), std::ios::binary) << damaged;
+  // The right image is decoded later.
+  Damage(Image(1, 0));
   const Sequence sequence = OpenSequence(folder_.Path());
-  RecordedSource reader(sequence);
-  const auto pair = reader.NextPair();
+  const auto pair = RecordedSource(sequence).NextPair();
   ASSERT_TRUE(pair.has_value());
   EXPECT_TRUE(pair->decode.at(0)().empty());
 }
@@ -317,7 +316,8 @@ TEST_F(PixelFormTest, ReadsFilesWithBytesBehindTheirEnd) {
     for (const std::string& rest :
          {std::string(3, '\0'), std::string(900, '\xff'), std::string("\xff\xd8 and more")}) {
       std::ofstream(path, std::ios::binary) << whole << rest;
-      EXPECT_EQ(FindImageProblem(path, {}), nullptr);
+      EXPECT_EQ(FindImageProblem(path, {96, 64}), nullptr);
+      EXPECT_STREQ(FindImageProblem(path, {64, 96}), kImageWrongSize);
       const ImageRead read = ReadGrayImage(path, {});
       ASSERT_EQ(read.problem, nullptr) << name;
       EXPECT_EQ(cv::norm(read.image, image, cv::NORM_INF), 0);

@@ -15,6 +15,7 @@ extern "C" {
 #include "data/video/sensor_log.h"
 #include "data/video/unpack_video.h"
 #include "data/video/video_file.h"
+#include "tests/testing/caught.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -114,19 +115,6 @@ std::vector<int64_t> StampsIn(const std::string& camera) {
   return stamps_ns;
 }
 
-TEST(Video, FramesHaveTheirOwnTimes) {
-  const TempFolder folder;
-  VideoFile file(WriteVideo(folder, "walk.mkv"));
-  for (int i = 0; i < 5; ++i) {
-    const auto frame = file.Next();
-    ASSERT_TRUE(frame) << i;
-    EXPECT_EQ(frame->time_ns, kTimes_ms[i] * 1'000'000);
-    EXPECT_EQ(cv::countNonZero(frame->grey != MakeVideoFrame(i)), 0);
-  }
-  EXPECT_FALSE(file.Next());
-  EXPECT_TRUE(file.warnings().entries().empty());
-}
-
 TEST(Video, WhatIsCutOffIsLeftOut) {
   const TempFolder folder;
   const std::string path = WriteVideo(folder, "walk.mkv");
@@ -219,30 +207,24 @@ TEST(Video, ListedTimesThatDoNotFitAreCounted) {
 TEST(Video, WhatIsMissingIsAskedFor) {
   const TempFolder folder;
   const std::string video = WriteVideo(folder, "walk.mkv");
-  const auto message = [&](const VideoRecording& said) -> std::string {
-    try {
-      UnpackVideo(FindVideoRecording(video, said), folder.Path("out"), {});
-    } catch (const InputFault& fault) {
-      return std::string(fault.what()) + "; " + fault.remedy();
-    }
-    return "";
+  const auto message = [&](const VideoRecording& said) {
+    const auto fault = testing::Caught<InputFault>(
+        [&] { UnpackVideo(FindVideoRecording(video, said), folder.Path("out"), {}); });
+    return fault.what() + ("; " + fault.remedy());
   };
   EXPECT_THAT(message({}), HasSubstr("there are walk.mkv; name the log: --imu walk.csv"));
   std::string late;
   for (int i = 0; i < 100; ++i) late += fmt::format("{},0,0,0,0,0,9.8\n", 100 + 0.005 * i);
-  folder.Write("late.csv", late);
-  EXPECT_THAT(message({.logs = {folder.Path("late.csv")}}),
-              HasSubstr("found the first frame at 1.000 s, expected it on the clock of the IMU"));
-  folder.Write("odd.csv", "time,height\n1,2\n2,3\n");
-  EXPECT_THAT(message({.logs = {folder.Path("odd.csv")}}), HasSubstr("head the table: time_s"));
-  folder.Write("twice.csv", "time,gx,gy,gz,gyro_x,ax,ay,az\n1,0,0,0,0,0,0,9\n");
-  EXPECT_THAT(message({.logs = {folder.Path("twice.csv")}}), HasSubstr("like 'gyro_x'"));
-  folder.Write("half.csv", CsvLog("time,gx,gy,mag_z,ax,ay,az\n", 1));
-  EXPECT_THAT(message({.logs = {folder.Path("half.csv")}}), HasSubstr("a part of the axes"));
-  folder.Write("accel.csv", CsvLog("time,mag_x,mag_y,mag_z,ax,ay,az\n", 1));
-  EXPECT_THAT(message({.logs = {folder.Path("accel.csv")}}), HasSubstr("found no gyroscope"));
-  folder.Write("rare.csv", "1,0,0,0,0,0,9\n1.1,0,0,0,0,0,9\n1.2,0,0,0,0,0,9\n");
-  EXPECT_THAT(message({.logs = {folder.Path("rare.csv")}}), HasSubstr("found stamps 0.1"));
+  for (const auto& [log, found] :
+       {std::pair<std::string, std::string>{
+            late, "found the first frame at 1.000 s, expected it on the clock of the IMU"},
+        {"time,height\n1,2\n2,3\n", "head the table: time_s"},
+        {"time,gx,gy,gz,gyro_x,ax,ay,az\n1,0,0,0,0,0,0,9\n", "like 'gyro_x'"},
+        {CsvLog("time,gx,gy,mag_z,ax,ay,az\n", 1), "a part of the axes"},
+        {CsvLog("time,mag_x,mag_y,mag_z,ax,ay,az\n", 1), "found no gyroscope"},
+        {"1,0,0,0,0,0,9\n1.1,0,0,0,0,0,9\n1.2,0,0,0,0,0,9\n", "found stamps 0.1"}}) {
+    EXPECT_THAT(message({.logs = {folder.Write("log.csv", log)}}), HasSubstr(found));
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ import ezdxf
 
 
 def describe(path):
+    print("FILE", path)
     document = ezdxf.readfile(path)
     auditor = document.audit()
     print("version", document.dxfversion)

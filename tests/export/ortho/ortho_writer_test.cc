@@ -151,17 +151,16 @@ MapResult MapOfWall(const std::string& sequence) {
   wall.thickness_m = 0.2;
   wall.plane_ids = {0};
   map.building.walls = {wall};
-  for (double x = kBox.min().x(); x <= kBox.max().x(); x += 0.04) {
-    for (double z = 0; z <= kBox.max().z(); z += 0.04) {
-      for (const double y : {kBox.min().y(), kBox.max().y()}) map.dense.push_back({{x, y, z}});
-    }
-    for (double y = kBox.min().y(); y <= kBox.max().y(); y += 0.04) {
-      map.dense.push_back({{x, y, kBox.max().z()}});
-    }
-  }
-  for (double y = kBox.min().y(); y <= kBox.max().y(); y += 0.04) {
-    for (double z = 0; z <= kBox.max().z(); z += 0.04) {
-      for (const double x : {kBox.min().x(), kBox.max().x()}) map.dense.push_back({{x, y, z}});
+  const Eigen::Array3i steps = (kBox.sizes() / 0.04).array().ceil().cast<int>();
+  for (int x = 0; x <= steps.x(); ++x) {
+    for (int y = 0; y <= steps.y(); ++y) {
+      for (int z = 0; z <= steps.z(); ++z) {
+        const Eigen::Array3i at(x, y, z);
+        if ((at > 0).all() && (at < steps).all()) continue;  // within
+        map.dense.push_back(
+            {kBox.min() +
+             kBox.sizes().cwiseProduct((at.cast<double>() / steps.cast<double>()).matrix())});
+      }
     }
   }
   return map;

@@ -122,12 +122,6 @@ TEST_F(PlanFilesTest, TheArrowOfAMapOnEarthPointsToTrueNorth) {
                                HasSubstr(">that of the grid of control points<")));
 }
 
-TEST_F(PlanFilesTest, XmllintAcceptsTheSvg) {
-  SLCMAP_NEEDS_READER("xmllint");
-  EXPECT_EQ(OutputOf("xmllint --noout " + WriteSvg(map_).at(0)), "");
-  EXPECT_EQ(OutputOf("xmllint --noout " + WriteSvg(MapResult()).at(0)), "");
-}
-
 TEST_F(PlanFilesTest, LibrsvgDrawsTheSvgInItsSize) {
   SLCMAP_NEEDS_READER("rsvg-convert");
   const std::string png = temp_.Path("plan.png");

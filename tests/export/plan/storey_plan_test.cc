@@ -65,18 +65,6 @@ TEST(StoreyPlanTest, RoomsOfWhichLittleIsHeldSaySo) {
               UnorderedElementsAre("Room 1", "12.00 m\u00b2", "h 2.50"));
 }
 
-TEST(StoreyPlanTest, ClearWidthsOfARoomAreExactAlsoWhereItIsTurned) {
-  for (const double turn_rad : {0.0, 12 * M_PI / 180}) {
-    const PlanSet plans = MakePlans(testing::MakeBuilding(1, turn_rad), {});
-    std::vector<double> lengths;
-    for (const Dimension& dimension : plans.storeys[0].dimensions) {
-      if (dimension.offset_m == 0) lengths.push_back(dimension.Length());
-    }
-    EXPECT_THAT(lengths, UnorderedElementsAre(::testing::DoubleNear(4, 1e-9),
-                                              ::testing::DoubleNear(3, 1e-9)));
-  }
-}
-
 TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
   Building building = testing::MakeBuilding();
   building.walls.erase(building.walls.begin() + 1);  // at the left

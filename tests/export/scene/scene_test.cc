@@ -49,18 +49,6 @@ TEST(MapScene, HasALayerForEachPartOfTheMap) {
   for (const MeshLayer& layer : empty.meshes) EXPECT_TRUE(layer.triangles.empty());
 }
 
-TEST(MapScene, LinesHaveTheColourOfTheirAxisAndAge) {
-  MapResult map;
-  map.lines = {{0, 0, LineAxis::kVertical, -1, 0, true, {0, 0, 0}, {0, 0, 3}},
-               {1, 0, LineAxis::kVertical, -1, 0, false, {1, 0, 0}, {1, 0, 3}}};
-  const Vertices lines = MakeScene(map, {}).lines[0].vertices;
-  const auto blue = [&](std::size_t vertex) { return lines.colours[vertex].blue; };
-  EXPECT_EQ(blue(0), LineColour(LineAxis::kVertical, true)[2]);
-  EXPECT_EQ(blue(1), blue(0));
-  EXPECT_EQ(blue(2), LineColour(LineAxis::kVertical, false)[2]);
-  EXPECT_LT(blue(2), blue(0));
-}
-
 TEST(MapScene, AMapOfTooManyVerticesIsRefusedWithTheirNumber) {
   const MapResult map = MakeWallMap();
   int64_t vertices = 0;
@@ -146,15 +134,6 @@ TEST(MapScene, NearKeyframesAndGapsInTimeAreLeftOut) {
   const MapScene scene = MakeScene(map, options);
   EXPECT_EQ(scene.lines[2].edges.size(), 3u * 8);  // at 0, 2 and 4 m
   EXPECT_EQ(scene.lines[1].edges.size(), 39u);     // 41 poses in two pieces
-}
-
-TEST(ColourScale, RunsFromBlueToOrange) {
-  const auto parts = [](const Colour& c) { return std::array<int, 3>{c.red, c.green, c.blue}; };
-  EXPECT_EQ(parts(ScaleColour(-1)), (std::array<int, 3>{80, 130, 255}));
-  EXPECT_EQ(parts(ScaleColour(0.125)), (std::array<int, 3>{65, 165, 243}));
-  EXPECT_EQ(parts(ScaleColour(0.5)), (std::array<int, 3>{90, 225, 110}));
-  EXPECT_EQ(parts(ScaleColour(2)), (std::array<int, 3>{255, 120, 60}));
-  EXPECT_EQ(parts(Shade({200, 100, 50}, 0.5)), (std::array<int, 3>{100, 50, 25}));
 }
 
 Trajectory Poses(int count, int64_t step_ns) {

@@ -4,13 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/export.h"
 #include "export/sfm/model.h"
 #include "mapping/map/map.h"
 #include "tests/testing/hand_made_building.h"
@@ -139,49 +137,6 @@ TEST_F(TextModelsTest, SightsOfSomethingElseAreInNoTrack) {
   EXPECT_TRUE(points[2].track.empty());
   EXPECT_EQ(points[2].error_px, -1);
   EXPECT_EQ(points[2].p_world, map.points[1].p_world);
-}
-
-TEST_F(TextModelsTest, ColmapsTracksAndImagesReferToEachOther) {
-  ColmapWriter().Write(temp_.Path(), MakeSeenMap(), {});
-  const std::vector<std::string> images = CollectRows(temp_.Path("colmap/images.txt"));
-  ASSERT_EQ(images.size(), 8u);
-  struct Seen {
-    double x, y;
-    int64_t point;
-  };
-  std::map<int, std::vector<Seen>> seen;  // by id of the image
-  for (std::size_t i = 0; i < 4; ++i) {
-    std::istringstream row(images[2 * i + 1]);
-    Seen point{};
-    while (row >> point.x >> point.y >> point.point) {
-      seen[std::stoi(images[2 * i])].push_back(point);
-    }
-  }
-  const std::vector<std::string> points = CollectRows(temp_.Path("colmap/points3D.txt"));
-  ASSERT_EQ(points.size(), 3u);
-  for (std::size_t i = 0; i < 3; ++i) {
-    std::istringstream row(points[i]);
-    int64_t id = 0;
-    double x = 0, y = 0, z = 0, error_px = 0;
-    int red = 0, green = 0, blue = 0, image = 0;
-    std::size_t index = 0, length = 0;
-    row >> id >> x >> y >> z >> red >> green >> blue >> error_px;
-    EXPECT_EQ(id, static_cast<int64_t>(i) + 1);
-    EXPECT_NEAR(error_px, kNoise_px, 0.01);
-    for (; row >> image >> index; ++length) {
-      ASSERT_LT(index, seen[image].size());
-      EXPECT_EQ(seen[image][index].point, id);
-    }
-    EXPECT_EQ(length, 4u);
-  }
-  // From the corner of the first pixel, as the cameras have it: 7.95 m ahead of the left camera of
-  // the first keyframe, 0.48 m to the left.
-  EXPECT_NEAR(seen[1][0].x, 320 - 400 * 0.48 / 8, 1e-3);
-  EXPECT_NEAR(seen[1][0].y, 240 + kNoise_px, 1e-3);
-  // A map of an earlier version does not know its tracks.
-  ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
-  EXPECT_EQ(CollectRows(temp_.Path("colmap/points3D.txt"))[0],
-            "1 4.000000 0.500000 -0.200000 128 128 128 -1");
 }
 
 class ColmapTest : public TextModelsTest {
@@ -326,20 +281,6 @@ TEST_F(TextModelsTest, LimapHoldsTheSupports) {
   ASSERT_EQ(images.size(), 12u);
   EXPECT_THAT(images[6], ::testing::StartsWith("4 "));
   EXPECT_THAT(images[6], ::testing::EndsWith(" 2 cam1/data/1403636580500000000.png"));
-}
-
-TEST_F(TextModelsTest, AnEmptyMapReplacesTheFoldersOfAnEarlierOne) {
-  ExportOptions options;
-  options.formats = {"colmap", "limap"};
-  const std::string folder = temp_.Path("export");
-  ExportMap(MakeMapWithCameras(), folder, options);
-  EXPECT_EQ(ExportMap({}, folder, options).size(), 5u);
-  EXPECT_TRUE(CollectRows(folder + "/colmap/cameras.txt").empty());
-  EXPECT_TRUE(CollectRows(folder + "/colmap/images.txt").empty());
-  EXPECT_EQ(CollectRows(folder + "/limap/alltracks.txt").at(0), "0");
-  options.formats = {"limap"};
-  ExportMap({}, folder, options);
-  EXPECT_FALSE(std::filesystem::exists(folder + "/colmap"));
 }
 
 // Of the small sequence, whose cameras have distortion: two keyframes, rectified to the same

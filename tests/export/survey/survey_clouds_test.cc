@@ -161,17 +161,6 @@ TEST_F(SurveyCloudTest, AReaderOfTheStandardReadsAllOfE57) {
   EXPECT_THAT(text, HasSubstr("slc:sigma"));
 }
 
-TEST_F(SurveyCloudTest, TheSameMapGivesTheSameBytes) {
-  const MapResult map = MakePlacedMap();
-  const LasWriter las;
-  const E57Writer e57;
-  for (const MapWriter* writer :
-       {static_cast<const MapWriter*>(&las), static_cast<const MapWriter*>(&e57)}) {
-    const std::string first = ReadFile(Write(*writer, map));
-    EXPECT_TRUE(ReadFile(Write(*writer, map)) == first) << writer->Format();
-  }
-}
-
 TEST_F(SurveyCloudTest, AMapWithoutPointsMakesFilesToo) {
   if (testing::HasNodeReader("copc")) {
     const auto las = testing::RunNodeReader("read_las.mjs", Write(LasWriter(), {}));

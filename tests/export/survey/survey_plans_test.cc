@@ -105,13 +105,6 @@ TEST_F(SurveyPlanTest, AGridOfAnotherPlaceIsTold) {
               ThrowsMessage<DataError>(HasSubstr("EPSG:25832 does not reach")));
 }
 
-TEST_F(SurveyPlanTest, TheSameMapGivesTheSameBytes) {
-  const std::string path = Write(GeoPackageWriter(), testing::MakeTwoStoreys()).at(0);
-  const std::string first = ReadFile(path);
-  std::filesystem::remove(path);
-  EXPECT_TRUE(ReadFile(Write(GeoPackageWriter(), testing::MakeTwoStoreys()).at(0)) == first);
-}
-
 TEST_F(SurveyPlanTest, GeoJsonIsAFileAStorey) {
   const std::vector<std::string> paths = Write(GeoJsonWriter(), testing::MakeTwoStoreys());
   EXPECT_THAT(paths,

@@ -230,29 +230,6 @@ test('measures between points: ends of lines', async () => {
   assert.ok(text.includes('6.403 m'), text); // 4 m by 5 m
 });
 
-test('measures between walls, and from a wall to a line', async () => {
-  const rows = await page.evaluate(() => {
-    const wall = (id) => ({ type: 'plane', plane: app.layers.planes.all[id] });
-    const measure = (...picks) => {
-      app.measure.clear();
-      picks.forEach((pick) => app.measure.take(pick));
-      return app.measure.result;
-    };
-    return [
-      measure(wall(2), wall(3)),
-      measure(wall(5), { type: 'line', index: 0 }),
-      measure(wall(2), wall(4)),
-    ];
-  });
-  assert.ok(
-    Math.abs(rows[0].distance_m - 4) < 1e-3 &&
-      Math.abs(rows[0].sigma_m - 0.004 * Math.SQRT2) < 1e-6,
-  );
-  assert.ok(Math.abs(rows[1].distance_m - 5) < 1e-3 && Math.abs(rows[1].sigma_m - 0.005) < 1e-6);
-  assert.equal(rows[2].distance_m, undefined);
-  assert.ok(Math.abs(rows[2].angle_rad - Math.PI / 2) < 1e-9);
-});
-
 test('shows a plan, to scale, in which lines are named', async () => {
   await page.keyboard.press('2');
   await settle(page);

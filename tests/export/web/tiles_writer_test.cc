@@ -135,7 +135,7 @@ TEST_F(CloudTiles, HoldEachPointOnceWithinTheBoxOfItsTile) {
 }
 
 TEST_F(CloudTiles, EachLevelIsASubsampleOnAGrid) {
-  Write(HallPoints(200000));
+  Write(HallPoints(100000));
   const double spacing_m = BoxIn(root_.at("boundingVolume")).sizes().x() / 128;
   EXPECT_NEAR(root_.at("geometricError").get<double>(), 4 * spacing_m, 1e-12);
   EXPECT_EQ(root_.at("refine"), "ADD");
@@ -296,6 +296,8 @@ TEST_F(TilesWriterTest, LayersAreNamedAndLieWithinTheirParents) {
 }
 
 TEST_F(TilesWriterTest, ContentIsValidGltf) {
+  Write({});
+  EXPECT_TRUE(paths_.empty());
   Write(testing::MakeRoomMap());
   if (!testing::HasNodeReader("gltf-validator")) {
     GTEST_SKIP() << testing::NodeReaderMissing("gltf-validator");
@@ -304,18 +306,6 @@ TEST_F(TilesWriterTest, ContentIsValidGltf) {
     if (!path.ends_with(".glb")) continue;
     const auto output = testing::RunNodeReader("validate_gltf.mjs", path);
     EXPECT_EQ(output.status, 0) << path << ": " << output.text;
-  }
-}
-
-TEST_F(TilesWriterTest, TheSameMapGivesTheSameBytes) {
-  const MapResult map = testing::MakeRoomMap({.lines = 25000, .dense_points = 60000});
-  Write(map);
-  const std::vector<std::string> first = paths_;
-  TempFolder other;
-  const std::vector<std::string> second = TilesWriter({}).Write(other.Path(), map, {});
-  ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_EQ(testing::ReadText(first[i]), testing::ReadText(second[i])) << first[i];
   }
 }
 
@@ -336,11 +326,6 @@ TEST_F(TilesWriterTest, APlacedMapSaysWhereOnEarthItLies) {
   map.source.georeference->crs = "";
   Write(map);
   EXPECT_FALSE(tileset_.at("root").contains("transform"));
-}
-
-TEST_F(TilesWriterTest, AMapOfNothingHasNone) {
-  Write({});
-  EXPECT_TRUE(paths_.empty());
 }
 
 TEST_F(TilesWriterTest, ThePageNamesItsTilesetsAndCannotBeEndedByThem) {

@@ -189,16 +189,6 @@ double NoiseAt(double share, const CameraResponseOptions& options) {
   return sigma[0] / 255;
 }
 
-TEST(CameraResponseTest, NoiseGrowsAsTheRootOfTheSignal) {
-  CameraResponseOptions options;
-  options.vignetting = 0;
-  options.read_noise_grey = 0;
-  for (const double grey : {40.0, 160.0}) {
-    const double variance = 255 / options.full_well_electrons * grey + 1.0 / 12;  // and rounding
-    EXPECT_NEAR(255 * NoiseAt(grey / 255, options) / std::sqrt(variance), 1, 0.03);
-  }
-}
-
 TEST(CameraResponseTest, LowTextureScenesHaveTheNoiseThatTheySay) {
   for (const char* scene : {"lowtexture_corridor.yaml", "lowtexture_office.yaml"}) {
     CameraResponseOptions options =
