@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "mapping/lines/line_store.h"
-#include "tests/mapping/lines/painted_wall.h"
 
 namespace slcmap {
 namespace {
