@@ -132,18 +132,6 @@ TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
   EXPECT_EQ(calibration.without_noise, path);
 }
 
-TEST(AslCalibration, ReadsCamerasAndNoise) {
-  const TempFolder folder;
-  testing::WriteSequence(folder, {.images = 1});
-  Warnings warnings;
-  const Rig rig = ReadAslCalibration(folder.Path("mav0"), &warnings).rig;
-  EXPECT_EQ(rig.cameras[0].width_px, 96);
-  EXPECT_DOUBLE_EQ(rig.cameras[0].coefficients[0], -0.1);
-  const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
-  EXPECT_LT((T_left_right.translation - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-12);
-  EXPECT_DOUBLE_EQ(rig.imu_noise.gyro_noise_rad_s_sqrthz, 1.7e-4);
-}
-
 // What reading a sequence's calibration throws with a part of one of its files replaced.
 InputFault FaultOf(const std::string& file, const std::string& part, const std::string& by) {
   const TempFolder folder;
@@ -247,27 +235,6 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
     EXPECT_THAT(found.what(), AllOf(HasSubstr(fault.found), HasSubstr("mav0"))) << fault.by;
     EXPECT_THAT(found.remedy(), AllOf(HasSubstr(fault.remedy), HasSubstr("mav0"))) << fault.by;
   }
-}
-
-TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {
-  Calibration given =
-      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
-  given.rig.camera_time_offset_s = -0.0123;
-  given.rig.right_time_offset_s = 0.0075;
-  const TempFolder folder;
-  Warnings warnings;
-  WriteKalibrCalibration(folder.Path("camchain.yaml"), given.rig);
-  const Rig read = ReadCalibration(folder.Path("camchain.yaml"), &warnings).rig;
-  EXPECT_TRUE(warnings.entries().empty());
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_LT((read.T_imu_camera[i].Matrix() - given.rig.T_imu_camera[i].Matrix()).norm(), 1e-12);
-    EXPECT_EQ(read.cameras[i].fx_px, given.rig.cameras[i].fx_px);
-    EXPECT_EQ(read.cameras[i].distortion, given.rig.cameras[i].distortion);
-    EXPECT_EQ(read.cameras[i].coefficients, given.rig.cameras[i].coefficients);
-  }
-  EXPECT_EQ(read.camera_time_offset_s, -0.0123);
-  EXPECT_NEAR(read.right_time_offset_s, 0.0075, 1e-12);
-  EXPECT_EQ(read.imu_noise.gyro_noise_rad_s_sqrthz, given.rig.imu_noise.gyro_noise_rad_s_sqrthz);
 }
 
 }  // namespace

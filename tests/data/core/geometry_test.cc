@@ -165,18 +165,6 @@ TEST(PlaneTriangulationTest, WhatEnclosesNothingHasNoTriangles) {
   EXPECT_THROW(Triangulate({{{0, 0}, {1, nan}, {2, 2}}, {}}), DataError);
 }
 
-TEST(ProgressTest, PassesOnWhatTheCallerWants) {
-  const Progress stopping([](double done) { return done < 0.5; });
-  EXPECT_TRUE(stopping.Report(0.4));
-  EXPECT_FALSE(stopping.Report(0.5));
-  EXPECT_NO_THROW(stopping.ReportOrStop(0.4));
-  EXPECT_THROW(stopping.ReportOrStop(0.5), StoppedError);
-  // Made of nothing it never ends the work.
-  EXPECT_TRUE(Progress().Report(0.5));
-  EXPECT_NO_THROW(Progress().ReportOrStop(0.5));
-  EXPECT_TRUE(Progress().Part(0.2, 0.4).Report(1));
-}
-
 TEST(ProgressTest, PartCoversItsPartOfTheWhole) {
   std::vector<double> reported;
   const Progress whole([&](double done) {

@@ -111,14 +111,6 @@ TEST(SplitRow, TakesCommasOrBlanksAndCarriageReturns) {
   }
 }
 
-TEST(ParseNumber, ReadsWholeFieldsOnly) {
-  EXPECT_EQ(ParseNumber("-1.5e-3"), -1.5e-3);
-  EXPECT_EQ(ParseNumber("+2"), 2.0);
-  EXPECT_TRUE(std::isnan(*ParseNumber("nan")));
-  EXPECT_EQ(ParseNumber("1.5x"), std::nullopt);
-  EXPECT_EQ(ParseNumber(""), std::nullopt);
-}
-
 TEST(ParseScaledInteger, KeepsEveryNanosecond) {
   EXPECT_EQ(ParseScaledInteger("1403636584.763555585", 9), 1403636584763555585);
   EXPECT_EQ(ParseScaledInteger("1403636584763555585", 0), 1403636584763555585);

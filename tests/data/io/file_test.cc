@@ -18,17 +18,6 @@ using ::testing::HasSubstr;
 using testing::MessageOf;
 using testing::ReadText;
 
-TEST(File, BytesComeBack) {
-  const testing::TempFolder folder;
-  std::string bytes("a\0\r\n\xff", 5);
-  bytes.append(200000, 'x');  // more than a block
-  WriteFile(folder.Path("a"), "longer than what replaces it" + bytes);
-  WriteFile(folder.Path("a"), bytes);
-  EXPECT_EQ(ReadFile(folder.Path("a")), bytes);
-  WriteFile(folder.Path("a"), "");
-  EXPECT_EQ(ReadFile(folder.Path("a")), "");
-}
-
 TEST(File, ErrorsNameTheFileAndTheCause) {
   const testing::TempFolder folder;
   ASSERT_EQ(mkfifo(folder.Path("pipe").c_str(), 0600), 0);  // nobody will ever write into it

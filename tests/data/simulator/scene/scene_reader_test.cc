@@ -193,19 +193,6 @@ TEST(ReadScene, CutsADoorOutOfAWall) {
   EXPECT_NEAR(wall_area, 12 - 2, 1e-4);
 }
 
-TEST(ReadScene, LetsDaylightThroughAWindowIntoTheRoom) {
-  const Scene scene = ReadScene(
-      Written("objects: [{kind: wall, points: [[0, 0], [4, 0]], windows: [[0, 1, 1, 1, 1, 7]]}]"));
-  ASSERT_EQ(scene.lamps.size(), 1u);
-  EXPECT_FLOAT_EQ(scene.lamps[0].radiance, 7);
-  EXPECT_GT(scene.lamps[0].u.cross(scene.lamps[0].v).y(), 0);
-  int panes = 0;
-  for (const SceneQuad& quad : scene.quads) {
-    panes += scene.materials[quad.material].texture == TextureKind::kLamp;
-  }
-  EXPECT_EQ(panes, 1);
-}
-
 // Where a pane meets its frame one sees an edge, unless one sees through the pane.
 TEST(ReadScene, HasTheBordersOfPanesAmongItsEdges) {
   const auto edges_in_pane = [](const std::string& wall, const std::string& pane) {
