@@ -4,42 +4,46 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
-#include <sstream>
+#include <set>
 
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/json.h"
-#include "data/io/ply.h"
-#include "mapping/map/evidence_files.h"
 #include "mapping/map/map_folder.h"
 #include "tests/testing/file_size_limit.h"
-#include "tests/testing/made_building.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+using testing::MessageOf;
 
-const char* const kFiles[] = {"trajectory.tum",    "keyframes.tum",
-                              "points.ply",        "points.pcd",
-                              "dense.ply",         "dense.pcd",
-                              "lines.ply",         "marks.ply",
-                              "occupancy.bt",      "rig.json",
-                              "map.json",          "line_covariances.csv",
-                              "line_supports.csv", "point_observations.csv"};
+OdometryRun MakeEmptyRun() {
+  OdometryRun run = testing::MakeWallRun();
+  run.states.clear();
+  run.keyframes.clear();
+  run.landmarks.clear();
+  return run;
+}
+
+// Made once.
+const MapResult& WallMap() {
+  static const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
+  return map;
+}
 
 class MappingTest : public ::testing::Test {
  protected:
   // Reading must fail with a message that holds this.
   void ExpectReadError(const std::string& what, bool accept_changed = false) const {
-    EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = accept_changed}); },
-                ThrowsMessage<DataError>(HasSubstr(what)));
+    EXPECT_THAT(
+        MessageOf<DataError>([&] { ReadMapFolder(folder_, {.accept_changed = accept_changed}); }),
+        HasSubstr(what));
   }
 
   testing::TempFolder temp_;
@@ -62,6 +66,7 @@ TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
   EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));
 }
 
+// The run reports all lines that it has estimated: which become lines of the map is for mapping.
 TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
   OdometryRun run = testing::MakeLineRun();
   run.lines[0].covariance_m2 *= 100;                  // 4 cm
@@ -77,212 +82,16 @@ TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
   EXPECT_NEAR(lines[19].sigma_m, 0.004, 1e-9);
   EXPECT_EQ(lines[19].observations, run.lines[23].observations);
   EXPECT_EQ(lines[19].end_world, run.lines[23].end_world);
+  MappingOptions options;
+  options.run_lines = {.max_sigma_m = 0.05, .min_observations = 3};
+  EXPECT_EQ(MapRun(run, nullptr, options).lines.size(), 22u);
 }
 
-TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBack) {
-  OdometryRun run = testing::MakeWallRun();
-  run.states.clear();
-  run.keyframes.clear();
-  run.landmarks.clear();
-  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
+TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBackWithAllCounts) {
+  WriteMapFolder(folder_, MapRun(MakeEmptyRun(), nullptr, {}));
   const MapResult map = ReadMapFolder(folder_);
   EXPECT_TRUE(map.trajectory.empty() && map.keyframes.empty() && map.points.empty());
   EXPECT_TRUE(map.lines.empty() && map.occupancy.OccupiedVoxels().empty());
-}
-
-// The run reports all lines that it has estimated: which become lines of the map is for mapping.
-TEST_F(MappingTest, WhichLinesAreCertainEnoughIsForItsOptions) {
-  OdometryRun run = testing::MakeLineRun();
-  for (Line& line : run.lines) line.covariance_m2 *= 100;  // 4 cm
-  for (Line& line : run.lines) line.observations = 2;
-  EXPECT_TRUE(MapRun(run, nullptr, {}).lines.empty());
-  MappingOptions options;
-  options.run_lines.max_sigma_m = 0.05;
-  EXPECT_TRUE(MapRun(run, nullptr, options).lines.empty());
-  options.run_lines.min_observations = 2;
-  EXPECT_EQ(MapRun(run, nullptr, options).lines.size(), run.lines.size());
-}
-
-// A run whose keyframes are on another clock than its states was refined by nothing, silently.
-TEST_F(MappingTest, ARunThatCannotBeRefinedSaysSo) {
-  OdometryRun run = testing::MakeWallRun();
-  for (Keyframe& keyframe : run.keyframes) keyframe.stamp_ns += 20'000'000;
-  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
-  const auto warnings = ReadMapFolder(folder_).warnings;
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_THAT(warnings.begin()->first, HasSubstr("poses not refined"));
-  EXPECT_EQ(warnings.begin()->second, std::ssize(run.states));
-}
-
-TEST_F(MappingTest, APartialRunMakesAPartialMap) {
-  OdometryRun run = testing::MakeWallRun();
-  run.complete = false;
-  run.partial_reason = "interrupted";
-  run.warnings["imu_gap"] = 3;
-  run.landmarks[5].p_world.x() = std::numeric_limits<double>::quiet_NaN();
-  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
-  const MapResult map = ReadMapFolder(folder_);
-  EXPECT_FALSE(map.complete);
-  EXPECT_EQ(map.partial_reason, "interrupted");
-  EXPECT_EQ(map.warnings.at("imu_gap"), 3);
-  EXPECT_GT(map.points.size(), 370u);
-}
-
-TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
-  const MapResult map = MapRun(testing::MakeLineRun(), nullptr, {}, {},
-                               Progress([](double done) { return done < 0.75; }));
-  EXPECT_FALSE(map.complete);
-  EXPECT_EQ(map.partial_reason, "mapping was interrupted before the occupancy");
-  EXPECT_EQ(map.trajectory.size(), 51u);
-  EXPECT_GT(map.points.size(), 380u);
-  EXPECT_EQ(map.lines.size(), 24u);
-  EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));  // as the first keyframes saw
-}
-
-TEST_F(MappingTest, ReportsHowFarItIs) {
-  std::vector<double> shares;
-  MapRun(testing::MakeLineRun(), nullptr, {}, {}, Progress([&](double done) {
-           shares.push_back(done);
-           return true;
-         }));
-  EXPECT_GT(shares.size(), 5u);
-  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
-  EXPECT_GE(shares.front(), 0);
-  EXPECT_LE(shares.back(), 1);
-}
-
-TEST_F(MappingTest, AMapComesBackFromItsFolder) {
-  OdometryRun run = testing::MakeLineRun();
-  run.verdict.emplace().Add({VerdictLevel::kDoubtful, "speed", "a", "b", "c"});
-  const MapResult map = MapRun(run, nullptr, {});
-  WriteMapFolder(folder_, map);
-  const MapResult read = ReadMapFolder(folder_);
-  EXPECT_EQ(read.method, "points");
-  EXPECT_EQ(read.rectified_rig.cameras[0].fx_px, 320);
-  ASSERT_TRUE(read.verdict.has_value());
-  EXPECT_EQ(read.verdict->level, VerdictLevel::kDoubtful);
-  EXPECT_EQ(read.verdict->reasons.at(0).what, "speed");
-  ASSERT_EQ(read.trajectory.size(), map.trajectory.size());
-  EXPECT_EQ(read.keyframes.back().stamp_ns, map.keyframes.back().stamp_ns);
-  ASSERT_EQ(read.points.size(), map.points.size());
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    EXPECT_LT((read.points[i].p_world - map.points[i].p_world).norm(), 1e-5);
-    EXPECT_EQ(read.points[i].observations, map.points[i].observations);
-    EXPECT_NEAR(read.points[i].sigma_m, map.points[i].sigma_m, 1e-6);
-    EXPECT_EQ(read.points[i].line_id, map.points[i].line_id);
-  }
-  ASSERT_EQ(read.lines.size(), map.lines.size());
-  EXPECT_EQ(read.lines[23].id, 123);
-  EXPECT_EQ(read.lines[23].axis, LineAxis::kY);
-  EXPECT_LT((read.lines[23].end_world - map.lines[23].end_world).norm(), 1e-6);
-  EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map.occupancy.OccupiedVoxels().size());
-}
-
-TEST_F(MappingTest, HowMuchOfWhatWasSeenItHoldsComesBack) {
-  MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
-  EXPECT_FALSE(map.seen_share);
-  map.building = testing::MakeBuilding();
-  map.seen_share = 0.75;
-  map.building.rooms[0].seen_share = 0.5;
-  map.building.walls[2].seen_share = 0.25;
-  WriteMapFolder(folder_, map);
-  const MapResult read = ReadMapFolder(folder_);
-  EXPECT_EQ(read.seen_share, 0.75);
-  EXPECT_EQ(read.building.rooms[0].seen_share, 0.5);
-  EXPECT_FALSE(read.building.walls[1].seen_share);
-  EXPECT_EQ(read.building.walls[2].seen_share, 0.25);
-  map.building.walls[2].seen_share = 1.5;
-  WriteMapFolder(folder_, map);
-  ExpectReadError("seen_share: found 1.5, expected 0 to 1");
-}
-
-TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {
-  MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
-  map.points[1].line_id = 1000;
-  WriteMapFolder(folder_, map);
-  ExpectReadError("points.ply: vertex row 2: found line_id 1000");
-}
-
-TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
-  WriteMapFolder(folder_ + "/a", MapRun(testing::MakeWallRun(), nullptr, {}));
-  WriteMapFolder(folder_ + "/b", MapRun(testing::MakeWallRun(), nullptr, {}));
-  for (const std::string name : kFiles) {
-    EXPECT_EQ(ReadFile(folder_ + "/a/" + name), ReadFile(folder_ + "/b/" + name)) << name;
-  }
-}
-
-TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
-  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
-  OdometryRun empty = testing::MakeWallRun();
-  empty.states.clear();
-  WriteMapFolder(folder_, MapRun(empty, nullptr, {}));
-  {
-    const testing::FileSizeLimit full(500);
-    EXPECT_THAT([&] { WriteMapFolder(folder_, map); },
-                ThrowsMessage<OutputError>(HasSubstr("trajectory.tum: cannot be written")));
-  }
-  EXPECT_TRUE(ReadMapFolder(folder_).trajectory.empty());
-}
-
-TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
-  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
-  for (const std::string name : kFiles) {
-    std::filesystem::remove_all(folder_);  // what is no summary any more is not replaced
-    WriteMapFolder(folder_, map);
-    std::filesystem::remove(folder_ + "/" + name);
-    ExpectReadError(name);
-    const std::string damage = "damaged";
-    WriteFile(folder_ + "/" + name, damage);
-    ExpectReadError(name);
-  }
-}
-
-TEST_F(MappingTest, SaysWhereItCameFrom) {
-  OdometryRun run = testing::MakeWallRun();
-  run.id = "0123456789abcdef";
-  run.source = {"0.1.0", "/recordings/hall", "", "", {}, {}, {}, {}};
-  MappingOptions options;
-  options.cloud.voxel_m = 0.25;
-  const MapResult map = MapRun(run, nullptr, options);
-  const std::string id = WriteMapFolder(folder_, map);
-  const MapResult read = ReadMapFolder(folder_);
-  EXPECT_EQ(read.id, id);
-  EXPECT_EQ(read.source.run_id, "0123456789abcdef");
-  EXPECT_EQ(read.source.sequence, "/recordings/hall");
-  EXPECT_THAT(read.source.options, HasSubstr("\n  cloud:\n"));
-  EXPECT_THAT(read.source.options, HasSubstr("    voxel_m: 0.25\n"));
-  EXPECT_EQ(WriteMapFolder(folder_, map), id);
-  EXPECT_NE(WriteMapFolder(folder_, MapRun(run, nullptr, {})), id);
-}
-
-TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
-  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
-  WriteMapFolder(folder_, map);
-  const std::string path = folder_ + "/points.ply", bytes = ReadFile(path);
-  std::string moved = bytes;
-  moved[bytes.size() - 13] ^= 1;  // of a coordinate's bits
-  WriteFile(path, moved);
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(
-                  AllOf(HasSubstr("points.ply: found "), HasSubstr("--accept-changed"))));
-  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).points.size(), map.points.size());
-  PlyFile far = ReadPly(path);
-  far.elements[0].properties[0].values[2] = 1e30;
-  WritePly(path, far);
-  ExpectReadError("points.ply: vertex row 3: x: found 1", true);
-  WriteFile(path, bytes);
-  const std::string poses = folder_ + "/trajectory.tum", rows = ReadFile(poses);
-  WriteFile(poses, rows.substr(0, rows.rfind('\n', rows.size() - 2) + 1));
-  ExpectReadError("found 50 poses, expected 51 as in map.json");
-  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
-}
-
-TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
-  OdometryRun run = testing::MakeWallRun();
-  run.states.clear();
-  run.keyframes.clear();
-  run.landmarks.clear();
-  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
   const std::string path = folder_ + "/map.json";
   const Json good = Json::parse(ReadFile(path));
   for (const auto& [what, count] : good.at("counts").items()) {
@@ -296,61 +105,67 @@ TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
   }
 }
 
-class LineTablesTest : public MappingTest {
- protected:
-  LineTablesTest() { WriteMapFolder(folder_, map_); }
+TEST_F(MappingTest, APartialRunMakesAPartialMap) {
+  OdometryRun run = testing::MakeWallRun();
+  run.complete = false;
+  run.partial_reason = "interrupted";
+  run.warnings["imu_gap"] = 3;
+  run.landmarks[5].p_world.x() = std::numeric_limits<double>::quiet_NaN();
+  // On another clock than its states, of which none is refined then: once silently.
+  for (Keyframe& keyframe : run.keyframes) keyframe.stamp_ns += 20'000'000;
+  WriteMapFolder(folder_, MapRun(run, nullptr, {}));
+  const MapResult map = ReadMapFolder(folder_);
+  EXPECT_FALSE(map.complete);
+  EXPECT_EQ(map.partial_reason, "interrupted");
+  ASSERT_EQ(map.warnings.size(), 2u);
+  EXPECT_EQ(map.warnings.at("imu_gap"), 3);
+  EXPECT_THAT(map.warnings.rbegin()->first, HasSubstr("poses not refined"));
+  EXPECT_EQ(map.warnings.rbegin()->second, std::ssize(run.states));
+  EXPECT_GT(map.points.size(), 370u);
+}
 
-  // Puts other rows into the place of the first ones behind the header.
-  void Replace(const std::string& name, const std::vector<std::string>& rows) const {
-    std::istringstream text(original_.at(name));
-    std::string damaged, row;
-    for (std::size_t i = 0; std::getline(text, row); ++i) {
-      damaged += (i > 0 && i <= rows.size() ? rows[i - 1] : row) + "\n";
-    }
-    WriteFile(folder_ + "/" + name, damaged);
+TEST_F(MappingTest, ReportsHowFarItIsAndOnceItIsEndedHoldsWhatIsDone) {
+  std::vector<double> shares;
+  const MapResult map = MapRun(testing::MakeLineRun(), nullptr, {}, {}, Progress([&](double done) {
+                                 shares.push_back(done);
+                                 return done < 0.75;
+                               }));
+  EXPECT_GT(shares.size(), 5u);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GE(shares.front(), 0);
+  EXPECT_LE(shares.back(), 1);
+  EXPECT_FALSE(map.complete);
+  EXPECT_EQ(map.partial_reason, "mapping was interrupted before the occupancy");
+  EXPECT_EQ(map.trajectory.size(), 51u);
+  EXPECT_GT(map.points.size(), 380u);
+  EXPECT_EQ(map.lines.size(), 24u);
+  EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));  // as the first keyframes saw
+}
+
+TEST_F(MappingTest, TheSameRunGivesTheSameBytesAndOtherOptionsAnotherId) {
+  const std::string id = WriteMapFolder(folder_, WallMap());
+  MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
+  EXPECT_EQ(WriteMapFolder(temp_.Path("b"), map), id);  // which is of all files
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename();
+    EXPECT_EQ(ReadFile(folder_ + "/" + name), ReadFile(temp_.Path("b/" + name))) << name;
   }
+  map.source.options += "# otherwise\n";
+  EXPECT_NE(WriteMapFolder(temp_.Path("b"), map), id);
+}
 
-  // What is said of it, whether or not changes are accepted.
-  void ExpectRefused(const std::string& name, const std::vector<std::string>& rows,
-                     const std::string& message) const {
-    Replace(name, rows);
-    for (const bool accept : {false, true}) ExpectReadError(name + ": row " + message, accept);
-    WriteFile(folder_ + "/" + name, original_.at(name));
+TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
+  WriteMapFolder(folder_, MapRun(MakeEmptyRun(), nullptr, {}));
+  {
+    const testing::FileSizeLimit full(500);
+    EXPECT_THAT(MessageOf<OutputError>([&] { WriteMapFolder(folder_, WallMap()); }),
+                HasSubstr("trajectory.tum: cannot be written"));
   }
-
-  const MapResult map_ = MapRun(testing::MakeLineRun(), nullptr, {});
-  std::map<std::string, std::string> original_;
-
-  void SetUp() override {
-    for (const std::string& name : LineEvidenceFiles()) {
-      original_[name] = ReadFile(folder_ + "/" + name);
-    }
-  }
-};
-
-TEST_F(LineTablesTest, ComesBack) {
-  const LineEvidence read = ReadMapFolder(folder_).line_evidence;
-  const LineEvidence& written = map_.line_evidence;
-  ASSERT_EQ(read.covariances.size(), 24u);
-  for (std::size_t i = 0; i < 24; ++i) {
-    const LineCovariance &a = read.covariances[i], &b = written.covariances[i];
-    EXPECT_EQ(a.line_id, 100 + static_cast<int64_t>(i));
-    EXPECT_LT((a.start_m2 - b.start_m2).norm(), 1e-5 * b.start_m2.norm());
-    EXPECT_LT((a.end_m2 - b.end_m2).norm(), 1e-5 * b.end_m2.norm());
-    EXPECT_LT((a.start_end_m2 - b.start_end_m2).norm(), 1e-5 * b.start_m2.norm());
-  }
-  // Both images of the first four keyframes, and the vertical ones in that at 5 s.
-  ASSERT_EQ(read.supports.size(), 2 * (4 * 24 + 20u));
-  const OdometryRun run = testing::MakeLineRun();
-  const LineSupport& support = read.supports[1];
-  EXPECT_EQ(support.line_id, 100);
-  EXPECT_EQ(support.stamp_ns, run.keyframes[0].stamp_ns);
-  EXPECT_EQ(support.camera, 1);
-  EXPECT_LT((support.px.end - run.keyframes[0].lines[0].right_px->end).norm(), 0.01);
+  EXPECT_TRUE(ReadMapFolder(folder_).trajectory.empty());
 }
 
 // What the run does not know of a line's direction is not made up.
-TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
+TEST_F(MappingTest, LinesOfUnknownDirectionHaveNoCovariance) {
   OdometryRun run = testing::MakeLineRun();
   run.lines[2].deviation_sigma_rad = kUnknownSigma_rad;
   run.lines[3].axis = LineAxis::kNone;
@@ -367,54 +182,123 @@ TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
   EXPECT_NEAR(turning.end_m2(2, 2), 0, 1e-12);  // it is vertical
 }
 
-TEST_F(LineTablesTest, DamagedCovariancesAreNamed) {
-  const std::string name = "line_covariances.csv",
-                    zeros = ",0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0";
-  ExpectRefused(name, {"100,0,1e-6,0"}, "2: found 4 columns, expected 23");
-  ExpectRefused(name, {"100,0" + zeros, "99,0" + zeros},
-                "3: line_id: found '99', expected the id of a line in lines.ply or marks.ply");
-  ExpectRefused(name, {"100,0" + zeros, "100,0" + zeros}, "3: line_id: found '100', expected rows");
-  ExpectRefused(name, {"100,1" + zeros}, "2: piece: found '1', expected less than the 1 pieces");
-  ExpectRefused(name, {"100,0,nan" + zeros.substr(2)}, "2: start_xx_m2: found 'nan', expected");
-  ExpectRefused(name, {"100,0,-1" + zeros.substr(2)}, "2: start_xx_m2: found '-1', expected 0 to");
-  ExpectRefused(name, {"100,0,1e-6,2e-6,0,1e-6" + zeros.substr(8)},
-                "2: start_xx_m2: found '1e-6', expected columns that are a covariance");
+using PointObservations = MappingTest;
+
+// Where the map's rig sees a point.
+Eigen::Vector2d DistortToPixel(const MapResult& map, const MapPointObservation& seen) {
+  const Rig& rig = map.rectified_rig;
+  for (const StampedPose& pose : map.keyframes) {
+    if (pose.stamp_ns != seen.stamp_ns) continue;
+    const RigidTransform T_world_camera = pose.T_world_imu * rig.T_imu_camera[seen.camera];
+    return *rig.cameras[seen.camera].Project(T_world_camera.Inverse() *
+                                             map.points[seen.point].p_world);
+  }
+  ADD_FAILURE() << "no keyframe";
+  return Eigen::Vector2d::Zero();
 }
 
-TEST_F(LineTablesTest, DamagedSupportsAreNamed) {
-  const std::string name = "line_supports.csv", stamp = std::to_string(map_.keyframes[0].stamp_ns);
-  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3"}, "2: found 7 columns, expected 8");
-  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3,inf"}, "2: end_y_px: found 'inf', expected");
-  ExpectRefused(name, {"100,0," + stamp + ",2,1,2,3,4"}, "2: camera: found '2', expected 0 to 1");
-  ExpectRefused(name, {"7,0," + stamp + ",0,1,2,3,4"}, "2: line_id: found '7', expected the id of");
-  ExpectRefused(name, {"100,0,12,0,1,2,3,4"},
-                "2: stamp_ns: found '12', expected the stamp of a pose");
-  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3,4", "100,0," + stamp + ",0,1,2,3,4"},
-                "3: line_id: found '100', expected rows in the order of");
+TEST_F(PointObservations, SayWhereEachImageShowsAPoint) {
+  const OdometryRun run = testing::MakeWallRun();
+  const MapResult map = MapRun(run, nullptr, {});
+  std::set<int64_t> points;
+  for (const MapPointObservation& seen : map.point_observations) {
+    points.insert(seen.point);
+    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 1e-6);
+  }
+  EXPECT_EQ(points.size(), map.points.size());
+  // All but what was no point: in both images of each keyframe.
+  std::size_t landmarks = 0;
+  for (const MapPoint& point : map.points) landmarks += point.landmark_ids.size();
+  EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * landmarks);
+  EXPECT_TRUE(std::ranges::is_sorted(
+      map.point_observations, {}, [](const MapPointObservation& seen) { return MakeKey(seen); }));
 }
 
-TEST_F(LineTablesTest, ChangedTablesAreRefusedUnlessAccepted) {
-  Replace("line_supports.csv",
-          {"100,0," + std::to_string(map_.keyframes[0].stamp_ns) + ",0,1,2,3,4"});
-  ExpectReadError("line_supports.csv: found ");
-  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).line_evidence.supports[0].px.end.y(),
-            4);
-  std::string rows = original_.at("line_supports.csv");
-  rows.erase(rows.rfind('\n', rows.size() - 2) + 1);
-  WriteFile(folder_ + "/line_supports.csv", rows);
-  ExpectReadError("found 231 line_supports, expected 232");
+// They are different features, beside each other.
+TEST_F(PointObservations, LandmarksThatBecameOnePointAreTracksOfIt) {
+  OdometryRun run = testing::MakeWallRun();
+  MappingOptions options;
+  options.cloud.voxel_m = 0.5;
+  run.keyframes[1].observations[0].right_px.reset();
+  const MapResult map = MapRun(run, nullptr, options);
+  ASSERT_LT(map.points.size(), 100u);
+  std::size_t tracks = 0;
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    std::set<int> of_point;
+    for (const MapPointObservation& seen : map.point_observations) {
+      if (seen.point == static_cast<int64_t>(i)) of_point.insert(seen.track);
+    }
+    EXPECT_EQ(of_point.size(), map.points[i].landmark_ids.size());
+    EXPECT_EQ(*of_point.rbegin() + 1, std::ssize(map.points[i].landmark_ids));
+    tracks += of_point.size();
+  }
+  EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * tracks - 1);
 }
 
-TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {
-  MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
+// The images that a map speaks of are rectified with what the run has found of its cameras.
+TEST_F(PointObservations, FollowWhatWasFoundOfTheCameras) {
+  OdometryRun run = testing::MakeWallRun();
+  run.source.emplace();
+  run.source->raw_rig = run.rectified_rig;
+  CalibrationEstimate found;
+  found.right_rotation_rad = {0.01, -0.004, 0.02};
+  found.focal_length = 0.005;
+  found.right_centre_px = {1.5, -0.8};
+  run.calibration = {found};
+  // As the true cameras saw it, and as it was rectified with the given ones.
+  Rig true_rig = run.rectified_rig;
+  true_rig.T_imu_camera[1].rotation =
+      true_rig.T_imu_camera[1].rotation * ExpRotation(found.right_rotation_rad);
+  for (Camera& camera : true_rig.cameras) {
+    camera.fx_px *= 1 + found.focal_length;
+    camera.fy_px *= 1 + found.focal_length;
+  }
+  true_rig.cameras[1].cx_px += found.right_centre_px.x();
+  true_rig.cameras[1].cy_px += found.right_centre_px.y();
+  for (Keyframe& keyframe : run.keyframes) {
+    for (KeyframeObservation& seen : keyframe.observations) {
+      const auto px = [&](int camera) {
+        return *true_rig.cameras[camera].Project(
+            (keyframe.T_world_imu * true_rig.T_imu_camera[camera]).Inverse() *
+            run.landmarks[static_cast<size_t>(seen.landmark_id)].p_world);
+      };
+      seen.left_px = px(0);
+      seen.right_px = px(1);
+    }
+  }
+  const MapResult map = MapRun(run, nullptr, {});
+  ASSERT_FALSE(map.point_observations.empty());
+  for (const MapPointObservation& seen : map.point_observations) {
+    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 0.01);
+  }
+}
+
+// As of a run that was cut off.
+TEST_F(PointObservations, TracksOfAPointCountFromZeroWhateverWasSeen) {
+  OdometryRun run = testing::MakeWallRun();
+  const int64_t unseen = MapRun(run, nullptr, {}).points[0].landmark_ids[0];
+  MappingOptions options;
+  options.cloud.voxel_m = 0.5;
+  for (Keyframe& keyframe : run.keyframes) {
+    std::erase_if(keyframe.observations,
+                  [&](const KeyframeObservation& seen) { return seen.landmark_id == unseen; });
+  }
+  WriteMapFolder(folder_, MapRun(run, nullptr, options));
+  const MapResult map = ReadMapFolder(folder_);
+  const auto point = std::ranges::find(map.point_observations, 0, &MapPointObservation::point);
+  ASSERT_NE(point, map.point_observations.end());
+  EXPECT_EQ(point->track, 0);
+}
+
+// Files refuse what cannot be, so it is not written.
+TEST_F(PointObservations, AreFinite) {
+  OdometryRun run = testing::MakeWallRun();
+  run.keyframes[0].observations[3].left_px.x() = std::nan("");
+  run.keyframes[1].observations[3].right_px->y() = 1e9;
+  const MapResult map = MapRun(run, nullptr, {});
   WriteMapFolder(folder_, map);
-  WriteFile(folder_ + "/lines.ply",
-            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-            "property float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\n"
-            "end_header\n0 0 0\n0 1\n");
-  EXPECT_THAT(
-      [&] { ReadMapFolder(folder_); },
-      ThrowsMessage<DataError>(AllOf(HasSubstr("lines.ply: edge row 1"), HasSubstr("vertex2 1"))));
+  EXPECT_EQ(ReadMapFolder(folder_).point_observations.size(),
+            MapRun(testing::MakeWallRun(), nullptr, {}).point_observations.size() - 2);
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 
 #include "data/core/math.h"
 #include "data/simulator/motion.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/odometry.h"
@@ -14,6 +16,7 @@
 #include "tests/testing/box_room_renderer.h"
 #include "tests/testing/example.h"
 #include "tests/testing/room_views.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -84,39 +87,32 @@ TEST_F(MovingMap, TheRefinedTrajectoryEndsWhereTheRigDid) {
   EXPECT_LT((end.translation - flight_->true_end.translation).norm(), 0.05);
 }
 
-TEST_F(MovingMap, PointsLieOnTheWalls) {
-  ASSERT_GT(flight_->map.points.size(), 100u);
-  int64_t near = 0;
-  for (const MapPoint& point : flight_->map.points) {
-    near += flight_->DistanceFromWalls_m(point.p_world) < 0.1;
-  }
-  EXPECT_GT(near, 0.9 * static_cast<double>(flight_->map.points.size()));
-}
-
-TEST_F(MovingMap, LinesLieOnTheWallsFromEndToEnd) {
-  ASSERT_GE(flight_->map.lines.size(), 2u);
-  int64_t near = 0;
-  for (const MapLine& line : flight_->map.lines) {
-    near += flight_->DistanceFromWalls_m(line.start_world) < 0.1 &&
-            flight_->DistanceFromWalls_m(line.end_world) < 0.1;
-  }
-  EXPECT_GT(near, 0.75 * static_cast<double>(flight_->map.lines.size()));
-}
-
-TEST_F(MovingMap, TheWayIsFreeAndOccupiedVoxelsAreOnTheWalls) {
-  const OccupancyMap& occupancy = flight_->map.occupancy;
-  int64_t free = 0, near = 0;
-  for (const StampedPose& pose : flight_->map.trajectory) {
-    EXPECT_FALSE(occupancy.IsOccupied(pose.T_world_imu.translation));
-    free += occupancy.IsFree(pose.T_world_imu.translation);
+TEST_F(MovingMap, PointsLinesAndOccupiedVoxelsLieOnTheWallsAndTheWayIsFree) {
+  const MapResult& map = flight_->map;
+  const std::vector<Voxel> voxels = map.occupancy.OccupiedVoxels();
+  ASSERT_GT(map.points.size(), 100u);
+  ASSERT_GE(map.lines.size(), 2u);
+  ASSERT_GT(voxels.size(), 50u);
+  const auto is_near = [&](const Eigen::Vector3d& p, double within_m = 0.1) {
+    return flight_->DistanceFromWalls_m(p) < within_m;
+  };
+  const auto share = [](const auto& items, auto is) {
+    return static_cast<double>(std::ranges::count_if(items, is)) /
+           static_cast<double>(items.size());
+  };
+  EXPECT_GT(share(map.points, [&](const MapPoint& p) { return is_near(p.p_world); }), 0.9);
+  EXPECT_GT(share(map.lines,
+                  [&](const MapLine& line) {
+                    return is_near(line.start_world) && is_near(line.end_world);
+                  }),
+            0.75);
+  EXPECT_GT(share(voxels, [&](const Voxel& v) { return is_near(v.centre_world, 0.2); }), 0.9);
+  int64_t free = 0;
+  for (const StampedPose& pose : map.trajectory) {
+    EXPECT_FALSE(map.occupancy.IsOccupied(pose.T_world_imu.translation));
+    free += map.occupancy.IsFree(pose.T_world_imu.translation);
   }
   EXPECT_GT(free, 0);
-  const std::vector<Voxel> voxels = occupancy.OccupiedVoxels();
-  ASSERT_GT(voxels.size(), 50u);
-  for (const Voxel& voxel : voxels) {
-    near += flight_->DistanceFromWalls_m(voxel.centre_world) < 0.2;
-  }
-  EXPECT_GT(near, 0.9 * static_cast<double>(voxels.size()));
 }
 
 // What goes on from the map, as bundle adjustment does, starts from errors of the tracker alone.
@@ -139,8 +135,10 @@ TEST_F(MovingMap, PointsAreWhereTheImagesShowThem) {
 
 // Maps of runs whose images are opened again.
 
+constexpr double kRoom_s = 3;
+
 MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
-  auto room = std::make_unique<RoomViews>(4, 0.25, 3);
+  auto room = std::make_unique<RoomViews>(kRoom_s, 0.25, 3);
   OdometryRun run;
   run.method = MethodName(Method::kSlc);
   run.complete = true;
@@ -157,31 +155,40 @@ MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
 }
 
 // As those of another recording, or of cameras that were exchanged, at the same stamps.
-TEST(MappedImages, ThatAreNotThoseOfTheRunAreWarnedOf) {
-  const Views as_taken = RoomViews(4, 0.25, 3).views();
+TEST(MappedImages, ThatAreNotThoseOfTheRunAreWarnedOfAlsoWithoutLines) {
+  const Views as_taken = RoomViews(kRoom_s, 0.25, 3).views();
   Views views = as_taken;
   for (size_t i = 0; i < views.size(); ++i) {
     views[i].T_world_imu = as_taken[(5 * i + 7) % views.size()].T_world_imu;
   }
-  EXPECT_EQ(MapOf(views).warnings.at("poses_disagree"), 1);
-}
-
-// The run of these views has no lines of its own.
-TEST(MappedImages, StagesCanBeSkipped) {
-  const Views views = RoomViews(4, 0.25, 3).views();
-  const MapResult whole = MapOf(views);
-  EXPECT_FALSE(whole.warnings.contains("poses_disagree"));
-  EXPECT_FALSE(whole.lines.empty());
-  EXPECT_FALSE(whole.building.planes.empty());
-  EXPECT_FALSE(whole.warnings.contains("no_lines"));
   MappingOptions options;
   options.stages.lines = options.stages.building = false;
-  const MapResult part = MapOf(views, options);
-  EXPECT_FALSE(part.dense.empty());
-  EXPECT_TRUE(part.lines.empty());
-  EXPECT_TRUE(part.building.planes.empty());
-  EXPECT_TRUE(part.complete);
-  EXPECT_EQ(part.warnings.at("no_lines"), 1);
+  const MapResult map = MapOf(views, options);
+  EXPECT_EQ(map.warnings.at("poses_disagree"), 1);
+  // The run of these views has no lines of its own.
+  EXPECT_TRUE(map.lines.empty());
+  EXPECT_TRUE(map.building.planes.empty());
+  EXPECT_EQ(map.warnings.at("no_lines"), 1);
+}
+
+TEST(MappedImages, GiveTheSameMapOnAnyNumberOfThreads) {
+  const Views views = RoomViews(kRoom_s, 0.25, 3).views();
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const MapResult map = MapOf(views);
+  cv::setNumThreads(3);
+  const MapResult again = MapOf(views);
+  cv::setNumThreads(threads);
+  EXPECT_TRUE(map.complete);
+  EXPECT_FALSE(map.warnings.contains("poses_disagree"));
+  EXPECT_FALSE(map.warnings.contains("no_lines"));
+  EXPECT_FALSE(map.dense.empty());
+  EXPECT_FALSE(map.filled.empty());
+  EXPECT_FALSE(map.lines.empty());
+  EXPECT_FALSE(map.building.planes.empty());
+  EXPECT_TRUE(map.seen_share);
+  const testing::TempFolder folder;
+  EXPECT_EQ(WriteMapFolder(folder.Path("a"), map), WriteMapFolder(folder.Path("b"), again));
 }
 
 }  // namespace

@@ -38,60 +38,49 @@ std::vector<ViewRays> MadeRays() {
 
 const CountedWarnings kWarnings = {{"rays_out_of_octree", 7}};
 
-TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
+// What is packed again are the same bytes, which hold every number.
+TEST(StageStore, StagesComeBackToTheLastBit) {
   const MapResult map = MadeMap();
-  const auto read = UnpackDense(PackDense(map, MadeRays(), kWarnings));
-  ASSERT_TRUE(read.has_value());
-  ASSERT_EQ(read->dense.size(), map.dense.size());
-  for (size_t i = 0; i < map.dense.size(); ++i) {
-    EXPECT_EQ(read->dense[i].p_world, map.dense[i].p_world);
-    EXPECT_EQ(read->dense[i].normal_world, map.dense[i].normal_world);
-    EXPECT_EQ(read->dense[i].sigma_m, map.dense[i].sigma_m);
-    EXPECT_EQ(read->dense[i].grey, map.dense[i].grey);
-  }
-  EXPECT_EQ(read->occupancy.resolution_m(), map.occupancy.resolution_m());
-  EXPECT_EQ(read->occupancy.Nodes(), map.occupancy.Nodes());
+  const std::string dense_bytes = PackDense(map, MadeRays(), kWarnings);
+  auto dense = UnpackDense(dense_bytes);
+  ASSERT_TRUE(dense.has_value());
+  ASSERT_EQ(dense->dense.size(), map.dense.size());
+  EXPECT_EQ(dense->dense[2].p_world, map.dense[2].p_world);
+  EXPECT_EQ(dense->dense[2].normal_world, map.dense[2].normal_world);
+  EXPECT_EQ(dense->dense[2].grey, map.dense[2].grey);
+  EXPECT_EQ(dense->occupancy.resolution_m(), map.occupancy.resolution_m());
+  EXPECT_EQ(dense->occupancy.Nodes(), map.occupancy.Nodes());
   EXPECT_FALSE(map.occupancy.Nodes().empty());
-  ASSERT_EQ(read->rays.size(), 2u);
-  EXPECT_EQ(read->rays[0].p_world_camera, MadeRays()[0].p_world_camera);
-  EXPECT_EQ(read->rays[0].p_world, MadeRays()[0].p_world);
-  EXPECT_EQ(read->rays[0].sigma_m, MadeRays()[0].sigma_m);
-  EXPECT_EQ(read->warnings, kWarnings);
-}
+  EXPECT_EQ(dense->rays.at(0).p_world, MadeRays()[0].p_world);
+  EXPECT_EQ(dense->rays.at(0).sigma_m, MadeRays()[0].sigma_m);
+  EXPECT_EQ(dense->warnings, kWarnings);
+  MapResult again;
+  again.dense = dense->dense;
+  again.occupancy = std::move(dense->occupancy);
+  EXPECT_EQ(PackDense(again, dense->rays, dense->warnings), dense_bytes);
 
-TEST(StageStore, LinesComeBackToTheLastBit) {
   LineStage stage;
   MapLine line;
   line.id = 12;
-  line.segment = 1;
   line.axis = LineAxis::kSloped;
-  line.world = 2;
   line.sigma_m = 0.01 / 3;
   line.recent = true;
-  line.start_world = {1. / 3, 2, 3};
   line.end_world = {4, 5, 6. / 7};
-  line.observations = 9;
-  line.deviation_rad = 0.001 / 3;
   line.deviation_sigma_rad = 0.002 / 3;
   line.kind = LineKind::kEdge;
   stage.lines = {line, MapLine()};
-  LineCovariance covariance{12, 1, Eigen::Matrix3d::Random(), Eigen::Matrix3d::Random(),
-                            Eigen::Matrix3d::Random()};
-  stage.evidence.covariances = {covariance};
-  LineSupport support{12, 1, 1600000070000000001, 1, {}};
-  support.px.start = {1. / 3, 2};
-  support.px.end = {3, 4};
-  stage.evidence.supports = {support};
+  stage.evidence.covariances = {
+      {12, 1, Eigen::Matrix3d::Random(), Eigen::Matrix3d::Random(), Eigen::Matrix3d::Random()}};
+  stage.evidence.supports = {{12, 1, 1600000070000000001, 1, {{1. / 3, 2}, {3, 4}}}};
   stage.warnings = kWarnings;
-  const auto read = UnpackLines(PackLines(stage));
-  ASSERT_TRUE(read.has_value());
-  // What is packed again are the same bytes, which hold every number.
-  EXPECT_EQ(PackLines(*read), PackLines(stage));
-  EXPECT_EQ(read->lines[0].end_world, line.end_world);
-  EXPECT_EQ(read->lines[0].kind, line.kind);
-  EXPECT_EQ(read->lines[1].axis, LineAxis::kNone);
-  EXPECT_EQ(read->evidence.supports[0].stamp_ns, support.stamp_ns);
-  EXPECT_EQ(read->evidence.covariances[0].end_m2, covariance.end_m2);
+  const auto lines = UnpackLines(PackLines(stage));
+  ASSERT_TRUE(lines.has_value());
+  EXPECT_EQ(PackLines(*lines), PackLines(stage));
+  EXPECT_EQ(lines->lines[0].end_world, line.end_world);
+  EXPECT_EQ(lines->lines[0].kind, line.kind);
+  EXPECT_EQ(lines->lines[1].axis, LineAxis::kNone);
+  EXPECT_EQ(lines->evidence.supports[0].stamp_ns, 1600000070000000001);
+  EXPECT_EQ(lines->evidence.covariances[0].end_m2, stage.evidence.covariances[0].end_m2);
 }
 
 TEST(StageStore, BytesOfAnotherFormAreNothing) {
@@ -102,58 +91,55 @@ TEST(StageStore, BytesOfAnotherFormAreNothing) {
   EXPECT_FALSE(UnpackDense(bytes).has_value());
 }
 
-TEST(StageStore, KeepsAStageForItsKeyAlone) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Path("stages");
-  const StageStore store(path, std::string(16, 'a'));
-  EXPECT_FALSE(store.Load("dense").has_value());
-  store.Save("dense", [] { return "contents"; });
-  EXPECT_EQ(store.Load("dense"), "contents");
-  EXPECT_FALSE(store.Load("lines").has_value());
-  EXPECT_FALSE(StageStore(path, std::string(16, 'b')).Load("dense").has_value());
-  EXPECT_FALSE(std::filesystem::exists(path + "/dense.unfinished"));
+class StageStoreTest : public ::testing::Test {
+ protected:
+  static std::string Contents() { return "contents"; }
+
+  const testing::TempFolder folder_;
+  const std::string path_ = folder_.Path("stages");
+  const StageStore store_{path_, std::string(16, 'a')};
+};
+
+TEST_F(StageStoreTest, KeepsAStageForItsKeyAlone) {
+  EXPECT_FALSE(store_.Load("dense").has_value());
+  store_.Save("dense", Contents);
+  EXPECT_EQ(store_.Load("dense"), "contents");
+  EXPECT_FALSE(store_.Load("lines").has_value());
+  EXPECT_FALSE(StageStore(path_, std::string(16, 'b')).Load("dense").has_value());
+  EXPECT_FALSE(std::filesystem::exists(path_ + "/dense.unfinished"));
 }
 
-TEST(StageStore, WhatIsDamagedIsNothing) {
-  const testing::TempFolder folder;
-  const StageStore store(folder.Path("stages"), std::string(16, 'a'));
-  store.Save("dense", [] { return "contents"; });
-  const std::string file = folder.Path("stages/dense"), whole = ReadFile(file);
+TEST_F(StageStoreTest, WhatIsDamagedIsNothing) {
+  store_.Save("dense", Contents);
+  const std::string file = path_ + "/dense", whole = ReadFile(file);
   for (size_t i = 0; i < whole.size(); ++i) {
     std::string damaged = whole;
     damaged[i] ^= 1;
     WriteFile(file, damaged);
-    EXPECT_FALSE(store.Load("dense").has_value()) << i;
+    EXPECT_FALSE(store_.Load("dense").has_value()) << i;
     WriteFile(file, whole.substr(0, i));
-    EXPECT_FALSE(store.Load("dense").has_value()) << i;
+    EXPECT_FALSE(store_.Load("dense").has_value()) << i;
   }
 }
 
-TEST(StageStore, RemovesWhatIsItsOwnAlone) {
-  const testing::TempFolder folder;
-  const std::string path = folder.Path("stages");
-  StageStore(path, std::string(16, 'a')).Save("dense", [] { return "contents"; });
-  StageStore::Remove(path);
-  EXPECT_FALSE(std::filesystem::exists(path));
-  StageStore(path, std::string(16, 'a')).Save("dense", [] { return "contents"; });
-  WriteFile(path + "/precious.txt", "of somebody");
-  StageStore::Remove(path);
-  EXPECT_FALSE(std::filesystem::exists(path + "/dense"));
-  EXPECT_TRUE(std::filesystem::exists(path + "/precious.txt"));
-  StageStore::Remove(folder.Path("nowhere"));
+TEST_F(StageStoreTest, RemovesWhatIsItsOwnAlone) {
+  store_.Save("dense", Contents);
+  StageStore::Remove(path_);
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  store_.Save("dense", Contents);
+  WriteFile(path_ + "/precious.txt", "of somebody");
+  StageStore::Remove(path_);
+  EXPECT_FALSE(std::filesystem::exists(path_ + "/dense"));
+  EXPECT_TRUE(std::filesystem::exists(path_ + "/precious.txt"));
+  StageStore::Remove(folder_.Path("nowhere"));
 }
 
-TEST(StageStore, WithoutAFolderKeepsNothing) {
-  const StageStore store;
-  store.Save("dense", []() -> std::string { throw std::logic_error("was asked for"); });
-  EXPECT_FALSE(store.Load("dense").has_value());
-}
-
-TEST(StageStore, WhereItCannotBeWrittenKeepsNothing) {
-  const testing::TempFolder folder;
-  const StageStore store(folder.Write("file", "no folder"), std::string(16, 'a'));
-  store.Save("dense", [] { return "contents"; });
-  EXPECT_FALSE(store.Load("dense").has_value());
+TEST_F(StageStoreTest, WithoutAFolderOrWhereItCannotBeWrittenKeepsNothing) {
+  const StageStore nowhere, on_file(folder_.Write("file", "no folder"), std::string(16, 'a'));
+  nowhere.Save("dense", []() -> std::string { throw std::logic_error("was asked for"); });
+  EXPECT_FALSE(nowhere.Load("dense").has_value());
+  on_file.Save("dense", Contents);
+  EXPECT_FALSE(on_file.Load("dense").has_value());
 }
 
 TEST(StageStore, TheKeyIsOfAllThatAStageIsMadeOf) {
@@ -164,18 +150,14 @@ TEST(StageStore, TheKeyIsOfAllThatAStageIsMadeOf) {
   EXPECT_NE(key, StageKey(run, "other images", "options", "program"));
   EXPECT_NE(key, StageKey(run, "", "options", "another build"));
   EXPECT_NE(key, StageKey(run, "", "other options", "program"));
-  OdometryRun other = run;
+  OdometryRun other = run, calibrated = run, turned = run, moved = run;
   other.id = "other";
-  EXPECT_NE(key, StageKey(other, "", "options", "program"));
-  OdometryRun calibrated = run;
   calibrated.rectified_rig.cameras[1].cx_px += 1e-9;
-  EXPECT_NE(key, StageKey(calibrated, "", "options", "program"));
-  calibrated = run;
-  calibrated.calibration.emplace_back().right_rotation_rad.y() = 1e-9;
-  EXPECT_NE(key, StageKey(calibrated, "", "options", "program"));
-  OdometryRun moved = run;
+  turned.calibration.emplace_back().right_rotation_rad.y() = 1e-9;
   moved.keyframes.back().T_world_imu.translation.x() += 1e-15;
-  EXPECT_NE(key, StageKey(moved, "", "options", "program"));
+  for (const OdometryRun& changed : {other, calibrated, turned, moved}) {
+    EXPECT_NE(key, StageKey(changed, "", "options", "program"));
+  }
 }
 
 }  // namespace

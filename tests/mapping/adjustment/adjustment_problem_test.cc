@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <set>
 
 #include "data/core/error.h"
@@ -86,7 +85,7 @@ size_t FillOf(Floor* floor, const ceres::ParameterBlockOrdering& ordering) {
   return fill;
 }
 
-TEST(EliminationOrder, HasEachBlockOnce) {
+TEST(EliminationOrder, HasEachBlockOnceAndFillsLittle) {
   Floor floor;
   const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common});
   EXPECT_EQ(ordering->NumElements(), floor.problem.NumParameterBlocks());
@@ -96,21 +95,13 @@ TEST(EliminationOrder, HasEachBlockOnce) {
   EXPECT_EQ(groups.size(), floor.places.size());
   EXPECT_GT(*groups.begin(), 0);
   EXPECT_GT(ordering->GroupId(&floor.common), *groups.rbegin());
-}
-
-// Row by row the factor of a grid has as many numbers a place as a row has places.
-TEST(EliminationOrder, FillsLittle) {
-  Floor floor;
-  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common});
+  // Row by row the factor of a grid has as many numbers a place as a row has places.
   const size_t by_rows = floor.places.size() * Floor::kSide;
   EXPECT_LT(FillOf(&floor, *ordering), 0.6 * static_cast<double>(by_rows));
-}
-
-TEST(EliminationOrder, RefusesTwoOfATermToBeFirst) {
-  Floor floor;
   std::vector<double*> first = floor.First();
   first.push_back(&floor.places[0]);
-  EXPECT_THROW(EliminationOrder(floor.problem, first, {}), Error);
+  EXPECT_THROW(EliminationOrder(floor.problem, first, {}), Error)
+      << "two of a term are to be first";
 }
 
 // METIS has handlers of its own while it runs.
@@ -129,7 +120,7 @@ TEST(EliminationOrder, LeavesSignalsAsTheyWere) {
 }
 
 TEST(EliminationOrder, OfPointsAloneIsThatOfPoints) {
-  std::deque<double> points(2);
+  double points[2] = {};
   ceres::Problem problem;
   for (double& point : points) problem.AddParameterBlock(&point, 1);
   const auto ordering = EliminationOrder(problem, {&points[0], &points[1]}, {});

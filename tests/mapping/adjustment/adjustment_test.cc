@@ -57,10 +57,18 @@ AdjustmentOptions Quick() {
   return options;
 }
 
-// Flown once for all cases that look at it.
+// Flown, and adjusted, once for all cases that look at it.
 const SimulatedRun& LongFlight() {
   static const SimulatedRun run = Fly(Noisy(20));
   return run;
+}
+const SimulatedRun& ShortFlight() {
+  static const SimulatedRun run = Fly(Noisy(8));
+  return run;
+}
+const AdjustedRun& WithoutClosures() {
+  static const AdjustedRun result = AdjustWithClosures(LongFlight().run, Quick(), nullptr);
+  return result;
 }
 
 TEST(Adjustment, OfPerfectTracksIsTheTruth) {
@@ -104,7 +112,7 @@ TEST(Adjustment, FindsAScaleThatIsOff) {
 }
 
 TEST(Adjustment, IsNearerToTheTruthThanTheWindow) {
-  const AdjustedRun result = Adjust(LongFlight().run, Quick());
+  const AdjustedRun& result = WithoutClosures();
   ASSERT_TRUE(result.figures);
   EXPECT_GT(result.figures->points, 100);
   EXPECT_LT(Ape(LongFlight(), result.run), Ape(LongFlight(), LongFlight().run));
@@ -128,10 +136,8 @@ TEST(Adjustment, FindsACalibrationThatIsOff) {
 
 TEST(Adjustment, OfLinesKnowsTheHeading) {
   SimulatedRunOptions options = Noisy();
-  LineTrackSimulatorOptions lines;
-  lines.heading_rad = 0.3;
-  lines.max_lines = 20;
-  options.lines = lines;
+  options.lines.emplace().heading_rad = 0.3;
+  options.lines->max_lines = 20;
   const SimulatedRun run = Fly(options);
   const AdjustedRun result = Adjust(run.run, Quick());
   ASSERT_TRUE(result.figures);
@@ -213,10 +219,9 @@ double SpreadOf(const std::vector<ControlTie>& ties, const std::vector<Landmark>
 }
 
 TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
-  const OdometryRun& run = LongFlight().run;
-  const AdjustedRun free = AdjustWithClosures(run, Quick(), nullptr);
+  const AdjustedRun& free = WithoutClosures();
   const auto adjust = [&](const std::vector<ControlTie>& ties) {
-    return AdjustWithClosures(run, Quick(), nullptr, {}, ties);
+    return AdjustWithClosures(LongFlight().run, Quick(), nullptr, {}, ties);
   };
   const std::vector<ControlTie> alike = TieBest(free.run, 1), longer = TieBest(free.run, 1.01);
   const double spread_m = SpreadOf(alike, free.run.landmarks);
@@ -224,18 +229,6 @@ TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
   ASSERT_TRUE(free.figures && same.figures && pulled.figures);
   EXPECT_NEAR(SpreadOf(alike, same.run.landmarks) / spread_m, 1, 5e-4);
   EXPECT_NEAR(SpreadOf(longer, pulled.run.landmarks) / spread_m, 1.01, 3e-3);
-}
-
-TEST(Adjustment, TheSameRunGivesTheSameBytes) {
-  const SimulatedRun run = Fly(Noisy(8));
-  const AdjustedRun a = Adjust(run.run, Quick()), b = Adjust(run.run, Quick());
-  ASSERT_TRUE(a.figures);
-  for (size_t k = 0; k < a.run.keyframes.size(); ++k) {
-    const RigidTransform &of_a = a.run.keyframes[k].T_world_imu,
-                         &of_b = b.run.keyframes[k].T_world_imu;
-    EXPECT_EQ(of_a.translation, of_b.translation);
-    EXPECT_EQ(of_a.rotation.coeffs(), of_b.rotation.coeffs());
-  }
 }
 
 TEST(Adjustment, OfTooLittleIsNone) {
@@ -248,26 +241,27 @@ TEST(Adjustment, OfTooLittleIsNone) {
   EXPECT_EQ(result.run.keyframes.size(), 2u);
 }
 
-TEST(Adjustment, WithoutRevisitsIsTakenOnlyWhereThatIsWanted) {
-  const SimulatedRun run = Fly(Noisy());
+TEST(Adjustment, WithoutRevisitsIsTakenOnlyWhereThatIsWantedAndAgainTheSame) {
+  const OdometryRun& run = ShortFlight().run;
+  const auto& given = run.keyframes.back().T_world_imu.translation;
   AdjustmentOptions options = Quick();
   options.closures.enabled = false;
   options.needs_revisit = true;
-  const AdjustedRun kept = AdjustRun(run.run, options, nullptr);
+  const AdjustedRun kept = AdjustRun(run, options, nullptr);
   EXPECT_FALSE(kept.figures);
-  EXPECT_EQ(kept.run.keyframes.back().T_world_imu.translation,
-            run.run.keyframes.back().T_world_imu.translation);
+  EXPECT_EQ(kept.run.keyframes.back().T_world_imu.translation, given);
   options.needs_revisit = false;
-  const AdjustedRun adjusted = AdjustRun(run.run, options, nullptr);
-  EXPECT_TRUE(adjusted.figures);
-  EXPECT_NE(adjusted.run.keyframes.back().T_world_imu.translation,
-            run.run.keyframes.back().T_world_imu.translation);
-}
-
-TEST(Adjustment, EndsWhenItIsTold) {
-  const SimulatedRun run = Fly(Noisy(8));
+  const AdjustedRun a = AdjustRun(run, options, nullptr), b = AdjustRun(run, options, nullptr);
+  ASSERT_TRUE(a.figures);
+  EXPECT_NE(a.run.keyframes.back().T_world_imu.translation, given);
+  for (size_t k = 0; k < a.run.keyframes.size(); ++k) {
+    const RigidTransform &of_a = a.run.keyframes[k].T_world_imu,
+                         &of_b = b.run.keyframes[k].T_world_imu;
+    EXPECT_EQ(of_a.translation, of_b.translation);
+    EXPECT_EQ(of_a.rotation.coeffs(), of_b.rotation.coeffs());
+  }
   const Progress never([](double) { return false; });
-  EXPECT_THROW(Adjust(run.run, Quick(), nullptr, never), StoppedError);
+  EXPECT_THROW(Adjust(run, Quick(), nullptr, never), StoppedError);
 }
 
 // Matches of points that are seen again at the end of the flight with those of its start, right or
@@ -295,14 +289,8 @@ std::vector<Closure> Injected(const AdjustmentState& state, const SimulatedRun& 
   return closures;
 }
 
-const AdjustedRun& WithoutClosures() {
-  static const AdjustedRun result = AdjustWithClosures(LongFlight().run, Quick(), nullptr);
-  return result;
-}
-
 TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
   const SimulatedRun& run = LongFlight();
-  const AdjustedRun& without = WithoutClosures();
   const auto shifted = [&](const AdjustmentState& state, const Progress&) {
     return Injected(state, run, {0.5, 0.3, 0}, 4);
   };
@@ -310,13 +298,12 @@ TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
   ASSERT_TRUE(with.figures);
   ASSERT_GE(with.figures->closures, 1);
   EXPECT_EQ(with.figures->closures_rejected, with.figures->closures);
-  EXPECT_LT(Ape(run, with.run), Ape(run, without.run) + 1e-3);
+  EXPECT_LT(Ape(run, with.run), Ape(run, WithoutClosures().run) + 1e-3);
 }
 
 // Within what odometry may have drifted, each by another 3 cm, they move poses by a tenth of that.
 TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
   const SimulatedRun& run = LongFlight();
-  const AdjustedRun& without = WithoutClosures();
   const auto mixed = [&](const AdjustmentState& state, const Progress&) {
     std::vector<Closure> closures = Injected(state, run, Eigen::Vector3d::Zero(), 8);
     for (size_t i = 0; i < closures.size(); i += 2) {
@@ -330,7 +317,7 @@ TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
   ASSERT_TRUE(with.figures);
   ASSERT_GE(with.figures->closures, 4);
   EXPECT_GE(with.figures->closures_rejected, 1);
-  EXPECT_LT(Ape(run, with.run), Ape(run, without.run) + 2.5e-3);
+  EXPECT_LT(Ape(run, with.run), Ape(run, WithoutClosures().run) + 2.5e-3);
 }
 
 // Tracks that are better than what the options claim of them are believed more than those.

@@ -47,38 +47,33 @@ TEST(UniteLines, WhatBothSawIsOneLineAsLongAsBoth) {
   EXPECT_NEAR((united.lines[0].end_world - united.lines[0].start_world).norm(), 2, 1e-9);
 }
 
-TEST(UniteLines, JambsSixCentimetresApartStayTwo) {
-  const LinesOfMap united = Unite({{Upright(0, 1.0), Upright(1, 1.06)}, {}},
-                                  {{Upright(0, 1.004), Upright(1, 1.064)}, {}});
-  ASSERT_THAT(united.lines, SizeIs(2));
-  EXPECT_NEAR(std::abs(united.lines[0].start_world.x() - united.lines[1].start_world.x()), 0.06,
-              0.005);
-}
-
-// Each is near the next one: chained they would become one.
-TEST(UniteLines, NeighboursDoNotChain) {
-  const LinesOfMap united =
-      Unite({{Upright(0, 1.0), Upright(1, 1.04)}, {}}, {{Upright(0, 1.02), Upright(1, 1.06)}, {}});
-  EXPECT_THAT(united.lines, SizeIs(::testing::Ge(2)));
-  double least_m = 1e9, most_m = -1e9;
-  for (const MapLine& line : united.lines) {
-    least_m = std::min(least_m, line.start_world.x());
-    most_m = std::max(most_m, line.start_world.x());
-  }
-  EXPECT_GT(most_m - least_m, 0.03);
-}
-
-// What one run has kept apart, another one that lies between does not join.
+// Also where each is near the next one, or one of the other map lies between: what one map has kept
+// apart stays so.
 TEST(UniteLines, EdgesThatOneMapHasApartStayApart) {
-  const LinesOfMap united =
-      Unite({{Upright(0, 1.0), Upright(1, 1.015)}, {}}, {{Upright(0, 1.007)}, {}});
-  EXPECT_THAT(united.lines, SizeIs(2));
-}
-
-TEST(UniteLines, EdgesThatOneMapHasApartStayApartWhateverTheOtherHas) {
-  MapLine first = Upright(0, 1.0), second = Upright(1, 1.015);
-  first.sigma_m = second.sigma_m = 0.01;
-  EXPECT_THAT(Unite({{first, second}, {}}, {{Upright(0, 5.0)}, {}}).lines, SizeIs(3));
+  struct Row {
+    std::vector<double> first_m, second_m;
+    size_t lines;
+    double sigma_m = 0.003;
+  };
+  for (const Row& row : std::vector<Row>{{{1, 1.06}, {1.004, 1.064}, 2},
+                                         {{1, 1.04}, {1.02, 1.06}, 2},
+                                         {{1, 1.015}, {1.007}, 2},
+                                         {{1, 1.015}, {5}, 3, 0.01}}) {
+    LinesOfMap first, second;
+    for (const double x_m : row.first_m) {
+      first.lines.push_back(Upright(std::ssize(first.lines), x_m));
+      first.lines.back().sigma_m = row.sigma_m;
+    }
+    for (const double x_m : row.second_m) {
+      second.lines.push_back(Upright(std::ssize(second.lines), x_m));
+    }
+    std::vector<double> united_m;
+    for (const MapLine& line : Unite(first, second).lines) {
+      united_m.push_back(line.start_world.x());
+    }
+    ASSERT_THAT(united_m, SizeIs(row.lines)) << row.first_m[1];
+    EXPECT_NEAR(united_m[1] - united_m[0], row.first_m[1] - row.first_m[0], 0.02);
+  }
 }
 
 TEST(UniteLines, AGapThatBothHaveStaysOne) {
@@ -135,6 +130,67 @@ TEST(UniteLines, AxesOfTheSecondGetTheFirstOnesNames) {
   EXPECT_EQ(united.lines[2].world, 0);
   EXPECT_EQ(united.lines[3].axis, LineAxis::kX);
   EXPECT_EQ(united.lines[3].world, 1);
+}
+
+// Upright at (x, 0) between two heights.
+MapPipe UprightPipe(double x, double low_m, double high_m, double radius_m, double sigma_m) {
+  MapPipe pipe;
+  pipe.id = 7;
+  pipe.axis = LineAxis::kVertical;
+  pipe.start_world = {x, 0, low_m};
+  pipe.end_world = {x, 0, high_m};
+  pipe.radius_m = radius_m;
+  pipe.sigma_m = sigma_m;
+  pipe.images = 10;
+  return pipe;
+}
+
+MapLine UprightLine() {
+  MapLine line;
+  line.axis = LineAxis::kVertical;
+  line.world = 4;
+  line.start_world = {3, 3, 0};
+  line.end_world = {3, 3, 2};
+  return line;
+}
+
+TEST(UnitePipes, MakeOneOfWhatBothSaw) {
+  const auto united = UnitePipes({UprightPipe(1, 0, 1.5, 0.05, 0.004)},
+                                 {UprightPipe(1.01, 1, 2.5, 0.052, 0.002)}, {UprightLine()});
+  ASSERT_EQ(united.size(), 1);
+  EXPECT_EQ(united[0].id, 0);
+  EXPECT_EQ(united[0].images, 20);
+  EXPECT_EQ(united[0].radius_m, 0.052);  // the better known
+  EXPECT_NEAR(united[0].start_world.x(), 1.01, 1e-12);
+  EXPECT_NEAR(united[0].start_world.z(), 0, 1e-12);
+  EXPECT_NEAR(united[0].end_world.z(), 2.5, 1e-12);
+}
+
+TEST(UnitePipes, MakeOneOfPiecesThatAnotherPieceBridges) {
+  const auto united =
+      UnitePipes({UprightPipe(1, 0, 1, 0.05, 0.004), UprightPipe(1, 2, 3, 0.05, 0.004)},
+                 {UprightPipe(1, 0.5, 2.5, 0.05, 0.002)}, {UprightLine()});
+  ASSERT_EQ(united.size(), 1);
+  EXPECT_NEAR((united[0].end_world - united[0].start_world).norm(), 3, 1e-12);
+}
+
+TEST(UnitePipes, NameTheAxisOfTheSecondsByTheUnitedLines) {
+  const auto united = UnitePipes({}, {UprightPipe(1, 0, 1, 0.05, 0.004)}, {UprightLine()});
+  ASSERT_EQ(united.size(), 1);
+  EXPECT_EQ(united[0].axis, LineAxis::kVertical);
+  EXPECT_EQ(united[0].world, 4);
+}
+
+TEST(UnitePipes, KeepNeighboursOtherRadiiAndPipesBehindEachOther) {
+  const std::vector<MapPipe> first = {UprightPipe(1, 0, 1, 0.05, 0.004)};
+  for (const MapPipe& other :
+       {UprightPipe(1.05, 0, 1, 0.05, 0.004), UprightPipe(1, 0, 1, 0.08, 0.004),
+        UprightPipe(1, 2, 3, 0.05, 0.004)}) {
+    const auto united = UnitePipes(first, {other}, {});
+    ASSERT_EQ(united.size(), 2);
+    EXPECT_EQ(united[1].id, 1);
+    EXPECT_EQ(united[1].axis, LineAxis::kNone);  // no line of the united map is along it
+  }
 }
 
 }  // namespace

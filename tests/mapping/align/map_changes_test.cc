@@ -5,7 +5,7 @@
 
 #include "mapping/align/map_agreement.h"
 #include "mapping/mapping.h"
-#include "tests/testing/scanned_map.h"
+#include "tests/mapping/align/made_scenes.h"
 
 namespace slcmap {
 namespace {
@@ -16,10 +16,7 @@ using testing::ScannedMap;
 using ::testing::SizeIs;
 
 Scene Room(const std::string& things) {
-  return testing::SceneFromText(R"(
-objects:
-  - {kind: slab, at: [0, 0, 0], size: [7, 4], material: carpet}
-  - {kind: slab, at: [0, 0, 2.7], size: [7, 4], material: ceiling, faces_down: true}
+  return testing::SceneFromText("objects:\n" + testing::Slabs(0, 0, 7, 4) + R"(
   - {kind: wall, points: [[0, 0], [7, 0], [7, 4], [0, 4]], closed: true, skirting_height: 0.09}
   - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
 )" + things);

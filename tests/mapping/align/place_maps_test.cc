@@ -9,10 +9,9 @@
 #include <memory>
 #include <numbers>
 
-#include "data/core/math.h"
 #include "mapping/align/map_overlap.h"
 #include "mapping/map/place_index.h"
-#include "tests/testing/scanned_map.h"
+#include "tests/mapping/align/made_scenes.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -21,64 +20,11 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using testing::ScannedAlong;
 using testing::ScannedMap;
 using ::testing::SizeIs;
-using testing::Way;
-
-RigidTransform Turned(double yaw_deg, const Vector3d& t) {
-  return LevelTransform(yaw_deg * kDegree, t);
-}
-
-Scene TwoRoomFlat() {
-  return testing::SceneFromText(R"(
-objects:
-  - {kind: slab, at: [0, 0, 0], size: [9, 4], material: carpet}
-  - {kind: slab, at: [0, 0, 2.7], size: [9, 4], material: ceiling, faces_down: true}
-  - {kind: wall, points: [[0, 0], [9, 0], [9, 4], [0, 4]], closed: true, skirting_height: 0.09}
-  - {kind: wall, points: [[5, 0], [5, 4]], has_back: true, doors: [[0, 1.2, 1.0, 2.1, 90]]}
-  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
-  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
-  - {kind: box, at: [8.2, 0.6, 0], size: [0.6, 1.0, 1.1]}
-  - {kind: box, at: [6.4, 3.6, 0.9], size: [1.0, 0.3, 0.9]}
-)");
-}
-
-const Way kWest = {{1.5, 2, 1.5}, {4, 2.4, 1.5}, {4.3, 1.7, 1.5}};
-const Way kAll = {{7.5, 2.5, 1.5}, {6, 1.8, 1.5}, {4, 1.7, 1.5}, {2, 1.6, 1.5}};
-
-Scene OtherBuilding() {
-  return testing::RoomWithBoxes("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]");
-}
-
-// Places by indexes.
-
-TEST(MapOverlap, WhatOverlapsIsLikelyAndItsPlaceAboutKnown) {
-  const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
-  const IndexedMap all(MakePlaceIndex(ScannedMap(TwoRoomFlat(), kAll))),
-      west(MakePlaceIndex(ScannedMap(TwoRoomFlat(), kWest, T, "b"))),
-      other(MakePlaceIndex(ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c")));
-  const MapOverlap found = all.FindOverlap(west);
-  EXPECT_GT(found.log_odds, 5);
-  EXPECT_LT((found.start.p_world - T.Inverse().translation).norm(), 0.3);
-  EXPECT_LT(
-      std::abs(std::remainder(found.start.yaw_rad - ComputeYaw(T.Inverse()), 2 * std::numbers::pi)),
-      2 * kDegree);
-  EXPECT_LT(all.FindOverlap(other).log_odds, 0.1 * found.log_odds);  // two boxes are the same
-  EXPECT_GT(all.ShareOfWalk(west, T.Inverse()), 0.9);
-  EXPECT_EQ(all.ShareOfWalk(west, Turned(0, {0, 0, 3})), 0);
-}
-
-TEST(PlaceIndex, ComesBackFromAFolderInSomeKilobytes) {
-  const testing::TempFolder folder;
-  const PlaceIndex index = MakePlaceIndex(ScannedMap(TwoRoomFlat(), kAll));
-  WritePlaceIndex(folder.Path(kPlaceFile), index);
-  EXPECT_LT(std::filesystem::file_size(folder.Path(kPlaceFile)), 10'000u);
-  const PlaceIndex read = ReadPlaceIndex(folder.Path());
-  ASSERT_THAT(read.edges, SizeIs(index.edges.size()));
-  ASSERT_THAT(read.walk_world, SizeIs(index.walk_world.size()));
-  EXPECT_LT((read.edges.back().end_world - index.edges.back().end_world).norm(), 0.01);
-}
+using testing::Turned;
+using testing::TwoRoomFlat;
 
 // The graph of pairs, of alignments that are given.
 
@@ -184,9 +130,7 @@ TEST_F(MapsToPlace, OfThreePairsThatDoNotCloseNoneIsTaken) {
 
 // The first walks through both storeys.
 TEST_F(MapsToPlace, LookAlikeStoreysThatAThirdMapKnowsAreNotLaidOnEachOther) {
-  AddMap({});
-  AddMap({});
-  AddMap(Turned(0, {0, 0, 3}));
+  for (const double z_m : {0, 0, 3}) AddMap(Turned(0, {0, 0, z_m}));
   Doubt(0, 1, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
   Doubt(0, 2, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
   Fit(1, 2, Turned(0, {0, 0, -3}));
@@ -200,9 +144,7 @@ TEST_F(MapsToPlace, LookAlikeStoreysThatAThirdMapKnowsAreNotLaidOnEachOther) {
 
 // A walk that fits a map of one storey alone may as well be on the other.
 TEST_F(MapsToPlace, AMapOfOneStoreyDoesNotTellWhichItIs) {
-  AddMap({});
-  AddMap({});
-  AddMap({});
+  for (int i = 0; i < 3; ++i) AddMap({});
   for (int i = 0; i < 10; ++i) maps_[0].index.walk_world.emplace_back(i, 0, 3);
   Fit(0, 1);
   Doubt(0, 2, {Turned(0, {0, 0, 0}), Turned(0, {0, 0, 3})});
@@ -214,9 +156,7 @@ TEST_F(MapsToPlace, AMapOfOneStoreyDoesNotTellWhichItIs) {
 
 // It has looked at both places of the third, and tells them apart.
 TEST_F(MapsToPlace, AMapThatSawBothTwinsSaysWhichPairIsWrong) {
-  AddMap({});
-  AddMap({});
-  AddMap(Turned(0, {0, 0, 3}));
+  for (const double z_m : {0, 0, 3}) AddMap(Turned(0, {0, 0, z_m}));
   for (int i = 0; i < 10; ++i) maps_[0].index.walk_world.emplace_back(i, 0, 3);
   Fit(0, 1);
   Fit(0, 2);
@@ -262,31 +202,38 @@ MapPlacement PlaceScanned(std::vector<MapResult> scanned) {
 }
 
 TEST(PlaceMaps, WalksOfOneBuildingLieTogetherAndAnotherBuildingApart) {
-  const RigidTransform T = Turned(127, {3.2, -1.4, 0.7});
+  const RigidTransform T = Turned(127, {3.2, -1.4, 0.7}), truth = T.Inverse();
   std::vector<MapResult> scanned;
-  scanned.push_back(ScannedMap(TwoRoomFlat(), kWest));
-  scanned.push_back(ScannedMap(TwoRoomFlat(), kAll, T, "b"));
-  scanned.push_back(ScannedMap(OtherBuilding(), {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
+  scanned.push_back(ScannedMap(TwoRoomFlat(), testing::kWholeWay));
+  scanned.push_back(ScannedMap(TwoRoomFlat(), testing::kWestWay, T, "b"));
+  scanned.push_back(ScannedMap(testing::OtherBuilding(), testing::kOtherWay, {}, "c"));
+
+  const IndexedMap all(MakePlaceIndex(scanned[0])), west(MakePlaceIndex(scanned[1])),
+      other(MakePlaceIndex(scanned[2]));
+  const MapOverlap found = all.FindOverlap(west);
+  EXPECT_GT(found.log_odds, 5);
+  EXPECT_LT((found.start.p_world - truth.translation).norm(), 0.3);
+  EXPECT_LT(std::abs(std::remainder(found.start.yaw_rad - ComputeYaw(truth), 2 * std::numbers::pi)),
+            2 * kDegree);
+  EXPECT_LT(all.FindOverlap(other).log_odds, 0.1 * found.log_odds);  // two boxes are the same
+  EXPECT_GT(all.ShareOfWalk(west, truth), 0.9);
+  EXPECT_EQ(all.ShareOfWalk(west, Turned(0, {0, 0, 3})), 0);
+
   const MapPlacement placement = PlaceScanned(std::move(scanned));
   EXPECT_EQ(placement.maps[1].group, 0u);
   EXPECT_EQ(placement.maps[2].group, 2u);
-  EXPECT_LT((placement.maps[1].T_group_map.translation - T.Inverse().translation).norm(), 0.01);
+  EXPECT_LT((placement.maps[1].T_group_map.translation - truth.translation).norm(), 0.01);
 }
 
-// Walks of a scene of the simulator, each in a world of its own: those that lie together have to
-// lie where they truly do.
-void ExpectNoneWrong(const std::string& scene_name, const std::vector<Way>& ways) {
-  const Scene scene = ReadScene(SLCMAP_SOURCE_DIR "/config/scenes/" + scene_name);
+TEST(PlaceMaps, NoneOfTwinRoomsIsLaidOnTheOther) {
+  const RigidTransform worlds[] = {{}, Turned(20, {1, -1, 0}), Turned(40, {2, -2, 0})};
   std::vector<MapResult> scanned;
-  std::vector<RigidTransform> worlds;
-  for (const Way& way : ways) {
-    const auto i = static_cast<double>(worlds.size());
-    worlds.push_back(Turned(20 * i, {i, -i, -way.front().z()}));
-    scanned.push_back(ScannedMap(scene, way, worlds.back(), fmt::format("m{}", i)));
-  }
+  scanned.push_back(ScannedAlong(testing::TwinRooms(), testing::kAllOfTwins));
+  scanned.push_back(ScannedMap(testing::TwinRooms(), testing::kFirstTwin, worlds[1], "b"));
+  scanned.push_back(ScannedMap(testing::TwinRooms(), testing::kSecondTwin, worlds[2], "c"));
   const MapPlacement placement = PlaceScanned(std::move(scanned));
-  for (std::size_t a = 0; a < ways.size(); ++a) {
-    for (std::size_t b = a + 1; b < ways.size(); ++b) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = a + 1; b < 3; ++b) {
       if (placement.maps[a].group != placement.maps[b].group) continue;
       const RigidTransform T =
           placement.maps[a].T_group_map.Inverse() * placement.maps[b].T_group_map;
@@ -294,28 +241,18 @@ void ExpectNoneWrong(const std::string& scene_name, const std::vector<Way>& ways
       EXPECT_LT((T.translation - truth.translation).norm(), 0.1) << a << " and " << b;
     }
   }
+  EXPECT_NE(placement.maps[1].group, placement.maps[2].group);
 }
 
-TEST(PlaceMaps, NoneOfIdenticalStoreysIsLaidOnTheOther) {
-  ExpectNoneWrong("identical_storeys.yaml",
-                  {{{-11, -0.7, 1.5},
-                    {-3, -0.7, 1.5},
-                    {0.4, -0.8, 1.5},
-                    {3.4, -0.8, 3.2},
-                    {4.1, 0.5, 3.2},
-                    {0.6, 0.8, 4.9},
-                    {-4, 0.8, 4.9},
-                    {-11, 0.5, 4.9}},
-                   {{-5.5, -0.7, 1.5}, {-11.5, -0.5, 1.5}, {-6, 0.5, 1.5}},
-                   {{-5.5, -0.7, 4.9}, {-11.5, -0.5, 4.9}, {-6, 0.5, 4.9}}});
-}
-
-TEST(PlaceMaps, NoneOfTwinCorridorsIsLaidOnTheOther) {
-  ExpectNoneWrong(
-      "twin_corridors.yaml",
-      {{{-6.5, -1.5, 1.3}, {8.1, -1.5, 1.3}, {8.1, 1.3, 1.3}, {-8.1, 1.3, 1.3}, {-8.1, -1.2, 1.3}},
-       {{-4, -1.3, 1.3}, {4, -1.1, 1.3}},
-       {{-4, 1.0, 1.3}, {4, 1.2, 1.3}}});
+TEST(PlaceIndex, ComesBackFromAFolderInSomeKilobytes) {
+  const testing::TempFolder folder;
+  const PlaceIndex index = MakePlaceIndex(ScannedMap(TwoRoomFlat(), testing::kWestWay));
+  WritePlaceIndex(folder.Path(kPlaceFile), index);
+  EXPECT_LT(std::filesystem::file_size(folder.Path(kPlaceFile)), 10'000u);
+  const PlaceIndex read = ReadPlaceIndex(folder.Path());
+  ASSERT_THAT(read.edges, SizeIs(index.edges.size()));
+  ASSERT_THAT(read.walk_world, SizeIs(index.walk_world.size()));
+  EXPECT_LT((read.edges.back().end_world - index.edges.back().end_world).norm(), 0.01);
 }
 
 }  // namespace

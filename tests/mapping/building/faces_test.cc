@@ -5,35 +5,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <random>
 
 #include "mapping/building/face_surface.h"
+#include "mapping/building/free_space.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A wall along x from 0 to its length at y, looking to +y, as points of 5 cm with noise; `y` gives
-// it as a function of x.
-template <typename Shape>
-std::vector<FaceSample> WallOf(double length_m, double noise_m, uint32_t seed, Shape y) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  std::vector<FaceSample> samples;
-  for (double x = 0; x < length_m; x += 0.05) {
-    for (double z = 0; z < 2.5; z += 0.05) {
-      const double turn = 0.1 * normal(generator);
-      samples.push_back({{x, y(x) + noise_m * normal(generator), z},
-                         {std::sin(turn), std::cos(turn)},
-                         Vector2d::Zero(),
-                         noise_m});
+// A wall along x at y = 0, looking to +y, with what is measured of it; `bend` moves it.
+class WallSamples {
+ public:
+  explicit WallSamples(uint32_t seed, double length_m = 6)
+      : generator_(seed), length_m_(length_m) {}
+
+  // Points of a part of it, so far before it.
+  void AddPoints(
+      double before_m, double low_m, double high_m, double step_m = 0.05, double noise_m = 0.01,
+      const std::function<double(double x)>& bend = [](double) { return 0.0; }) {
+    for (double x = 0; x < length_m_; x += step_m) {
+      for (double z = low_m; z < high_m; z += step_m) {
+        samples_.push_back({{x, before_m + bend(x) + noise_m * normal_(generator_), z},
+                            Vector2d::UnitY(),
+                            Vector2d::Zero(),
+                            noise_m});
+      }
     }
   }
-  return samples;
-}
+
+  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0) {
+    for (double x = 0.05; x < length_m_; x += 0.1) {
+      const double y = before_m + slope * (x - 0.5 * length_m_);
+      samples_.push_back({{x, y + noise_m * normal_(generator_), z_m},
+                          Vector2d::Zero(),
+                          Vector2d::UnitX(),
+                          std::max(0.002, noise_m)});
+    }
+  }
+
+  const std::vector<FaceSample>& samples() const { return samples_; }
+
+ private:
+  std::mt19937 generator_;
+  std::normal_distribution<double> normal_;
+  const double length_m_;
+  std::vector<FaceSample> samples_;
+};
 
 bool AllFree(const Vector2d&) { return true; }
 
@@ -43,7 +67,9 @@ TEST(Faces, IntervalsHoldTheMiddleOfWallsThatBend) {
   for (int k = 0; k < 40; ++k) {
     const double wave_m = 6 + 0.3 * k, phase = k;
     const auto bend = [&](double x) { return 0.005 * std::sin(2 * M_PI * x / wave_m + phase); };
-    const std::vector<Face> faces = FindFaces(WallOf(5, 0.01, k, bend), AllFree, {});
+    WallSamples wall(k, 5);
+    wall.AddPoints(0, 0, 2.5, 0.05, 0.01, bend);
+    const std::vector<Face> faces = FindFaces(wall.samples(), AllFree, {});
     ASSERT_THAT(faces, SizeIs(1)) << k;
     double mean = 0;
     for (int i = 0; i < 100; ++i) mean += bend(0.05 * i) / 100;
@@ -72,7 +98,9 @@ TEST(Faces, LinesOfABlankWallMakeAFaceOnTheFreeSide) {
 TEST(Faces, BeforeACornerIsAFaceWhereEdgesRunAlongIt) {
   // Half a metre across the corner at the origin, as depth of blank walls is rounded off.
   const Vector2d normal = Vector2d(1, 2).normalized(), along(normal.y(), -normal.x());
-  std::vector<FaceSample> samples = WallOf(4, 0.01, 1, [](double) { return 0.0; }), edges;
+  WallSamples wall(1, 4);
+  wall.AddPoints(0, 0, 2.5);
+  std::vector<FaceSample> samples = wall.samples(), edges;
   for (double s = -0.25; s < 0.25; s += 0.03) {
     const Vector2d p = 0.3 * normal + s * along;
     for (double z = 0; z < 2.5; z += 0.05) {
@@ -116,42 +144,6 @@ TEST(Faces, MainHeadingIsThatOfMostWalls) {
 }
 
 constexpr double kLength_m = 6;
-
-// A wall along x at y = 0, looking to +y, with what is measured of it.
-class WallSamples {
- public:
-  explicit WallSamples(uint32_t seed) : generator_(seed) {}
-
-  // Points of a part of it, so far before it.
-  void AddPoints(double before_m, double low_m, double high_m, double step_m = 0.05,
-                 double noise_m = 0.01) {
-    for (double x = 0; x < kLength_m; x += step_m) {
-      for (double z = low_m; z < high_m; z += step_m) {
-        samples_.push_back({{x, before_m + noise_m * normal_(generator_), z},
-                            Vector2d::UnitY(),
-                            Vector2d::Zero(),
-                            noise_m});
-      }
-    }
-  }
-
-  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0) {
-    for (double x = 0.05; x < kLength_m; x += 0.1) {
-      const double y = before_m + slope * (x - 0.5 * kLength_m);
-      samples_.push_back({{x, noise_m > 0 ? y + noise_m * normal_(generator_) : y, z_m},
-                          Vector2d::Zero(),
-                          Vector2d::UnitX(),
-                          std::max(0.002, noise_m)});
-    }
-  }
-
-  const std::vector<FaceSample>& samples() const { return samples_; }
-
- private:
-  std::mt19937 generator_;
-  std::normal_distribution<double> normal_;
-  std::vector<FaceSample> samples_;
-};
 
 Face FaceBefore(double offset_m) {
   Face face;
@@ -241,22 +233,146 @@ TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
   EXPECT_NEAR(face.Length(), kLength_m, 1e-9);
 }
 
-TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
+TEST(FaceSurface, LittleThatIsSeenLeavesItUncertainAndNothingWhereItWas) {
   WallSamples small(5), large(5);
   small.AddPoints(0, 1, 1.1, 0.5);
   large.AddPoints(0, 0.1, 2.6);
-  Face first = FaceBefore(0), second = FaceBefore(0);
-  const double small_m = MoveOntoSurface(small.samples(), 0.045, &first);
-  const double large_m = MoveOntoSurface(large.samples(), 0.045, &second);
-  EXPECT_GT(small_m, 0.008);
-  EXPECT_LT(large_m, 0.006);
+  Face face = FaceBefore(0), still = FaceBefore(0.7);
+  EXPECT_GT(MoveOntoSurface(small.samples(), 0.045, &face), 0.008);
+  EXPECT_LT(MoveOntoSurface(large.samples(), 0.045, &face), 0.006);
+  EXPECT_EQ(MoveOntoSurface({}, 0.045, &still), 0);
+  EXPECT_EQ(still.offset_m, 0.7);
+  EXPECT_EQ(still.normal, Vector2d::UnitY());
 }
 
-TEST(FaceSurface, WithoutSamplesItStays) {
-  Face face = FaceBefore(0.7);
-  EXPECT_EQ(MoveOntoSurface({}, 0.045, &face), 0);
-  EXPECT_EQ(face.offset_m, 0.7);
-  EXPECT_EQ(face.normal, Vector2d::UnitY());
+FreeSpace Empty() { return {{Vector2d(0, 0), Vector2d(10, 10)}, 0.1}; }
+
+// Of views with so many rays each; a ray ends at x = its number among all.
+std::vector<ViewRays> RaysWith(const std::vector<int>& counts) {
+  std::vector<ViewRays> seen;
+  int number = 0;
+  for (const int count : counts) {
+    ViewRays view;
+    for (int i = 0; i < count; ++i) {
+      view.p_world.emplace_back(static_cast<float>(number++), 0.0F, 0.0F);
+      view.sigma_m.push_back(0.01F);
+    }
+    seen.push_back(view);
+  }
+  return seen;
+}
+
+std::vector<int> CollectRays(const FreeSpaceRays& rays) {
+  std::vector<int> numbers;
+  for (size_t view = 0; view < rays.views(); ++view) {
+    rays.ForEachIn(view, [&](const Vector3d&, const Vector3d& end, double) {
+      numbers.push_back(static_cast<int>(end.x()));
+    });
+  }
+  return numbers;
+}
+
+TEST(FreeSpace, AddsTheWaysOfAnother) {
+  FreeSpace whole = Empty(), first = Empty(), second = Empty();
+  for (FreeSpace* space : {&first, &second}) {
+    for (int i = 0; i < 2; ++i) space->AddWay({1, 1}, {9, 1});  // three are needed
+  }
+  EXPECT_FALSE(first.IsFree({5, 1}));
+  whole.AddWaysFrom(first);
+  whole.AddWaysFrom(second);
+  EXPECT_TRUE(whole.IsFree({5, 1}));
+  EXPECT_FALSE(whole.IsFree({5, 3}));
+}
+
+TEST(FreeSpace, CountsNoMoreWaysThanFit) {
+  FreeSpace whole = Empty(), many = Empty();
+  for (int i = 0; i < 200; ++i) many.AddWay({1, 1}, {9, 1});
+  whole.AddWaysFrom(many);
+  whole.AddWaysFrom(many);  // 400 would be 144 in a byte, and 256 more none
+  for (int i = 0; i < 56; ++i) whole.AddWay({1, 1}, {9, 1});
+  EXPECT_TRUE(whole.IsFree({5, 1}));
+}
+
+// Whichever views they are of, also those with fewer rays than one is taken of.
+TEST(FreeSpaceRays, AreEverySoManiethOfMany) {
+  const auto seen = RaysWith({4, 1, 1, 0, 5, 2});
+  EXPECT_EQ(CollectRays(FreeSpaceRays(seen, 6)), (std::vector{0, 3, 6, 9, 12}));
+}
+
+TEST(FreeSpaceRays, AreGivenInRangesOfViewsUntilStopped) {
+  const auto seen = RaysWith(std::vector<int>(100, 1));
+  const FreeSpaceRays rays(seen, 1000);
+  size_t next = 0;
+  rays.ForSomeViews({}, [&](size_t begin, size_t end) {
+    EXPECT_EQ(begin, next);
+    next = end;
+  });
+  EXPECT_EQ(next, 100u);
+  const Progress stops([](double share) { return share < 0.5; });
+  EXPECT_THROW(rays.ForSomeViews(stops, [](size_t, size_t) {}), StoppedError);
+}
+
+constexpr double kGridCell_m = 0.05, kFaceLength_m = 4, kFaceHeight_m = 2.8;
+
+FaceGrid GridOfAFace() {
+  Face face;
+  face.from_m = 0;
+  face.to_m = kFaceLength_m;
+  return FaceGrid(face, 0, kFaceHeight_m, kGridCell_m);
+}
+
+// Calls `add` for each cell of a rectangle.
+template <typename Add>
+void Over(double from_m, double to_m, double low_m, double high_m, Add add) {
+  for (double along_m = from_m + 0.5 * kGridCell_m; along_m < to_m; along_m += kGridCell_m) {
+    for (double z_m = low_m + 0.5 * kGridCell_m; z_m < high_m; z_m += kGridCell_m)
+      add(along_m, z_m);
+  }
+}
+
+void Support(double from_m, double to_m, double low_m, double high_m, FaceGrid* grid) {
+  Over(from_m, to_m, low_m, high_m, [&](double along_m, double z_m) {
+    grid->AddSupport(along_m, z_m);
+    grid->AddHit(along_m, z_m);
+  });
+}
+
+void Pass(double from_m, double to_m, double low_m, double high_m, FaceGrid* grid) {
+  Over(from_m, to_m, low_m, high_m, [&](double along_m, double z_m) {
+    for (int i = 0; i < 2; ++i) grid->AddPass(along_m, z_m);
+  });
+}
+
+TEST(FindCover, WhatIsSeenThroughInPartsIsAWall) {
+  // Whose sills are as blank as may be: nothing but its lintels was measured.
+  FaceGrid windows = GridOfAFace(), blank = GridOfAFace(), passage = GridOfAFace();
+  Support(0, kFaceLength_m, 2.4, kFaceHeight_m, &windows);
+  Pass(0.2, kFaceLength_m - 0.2, 1, 2.4, &windows);
+  EXPECT_TRUE(IsWall(FindCover(windows).shares, kGridCell_m));
+  // But for its edge to the ceiling, with a few rays that are off.
+  Support(0, kFaceLength_m, 2.7, kFaceHeight_m, &blank);
+  for (double along_m = 0.1; along_m < kFaceLength_m; along_m += 0.2) {
+    Pass(along_m, along_m + kGridCell_m, 0.5, 0.5 + kGridCell_m, &blank);
+  }
+  EXPECT_TRUE(IsWall(FindCover(blank).shares, kGridCell_m));
+  // Between short pieces.
+  Support(0.5, 3.5, 2.1, kFaceHeight_m, &passage);
+  Support(0.5, 0.8, 0, 2.1, &passage);
+  Support(3.2, 3.5, 0, 2.1, &passage);
+  Pass(0.8, 3.2, 0, 2.1, &passage);
+  EXPECT_TRUE(IsWall(FindCover(passage).shares, kGridCell_m));
+}
+
+// As the panes of two windows, behind the wall between them.
+TEST(FindCover, WhatNobodySawBetweenIsCoveredButNotMeasured) {
+  FaceGrid grid = GridOfAFace();
+  Support(0, 1, 0, kFaceHeight_m, &grid);
+  Support(3, kFaceLength_m, 0, kFaceHeight_m, &grid);
+  const WallCover cover = FindCover(grid);
+  const double covered_m =
+      kGridCell_m * std::accumulate(cover.shares.begin(), cover.shares.end(), 0.0);
+  EXPECT_NEAR(covered_m, kFaceLength_m, 0.2);
+  EXPECT_LT(cover.measured_m, kFaceLength_m - 1.5);
 }
 
 }  // namespace

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mapping/building/horizontal_planes.h"
+#include "mapping/building/rooms.h"
+#include "mapping/building/storeys.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {
@@ -25,28 +28,20 @@ BuiltFace WallAlongX() {
   return built;
 }
 
-TEST(ShareBeforeWalls, EndsAtTheFrontOfAWall) {
+TEST(ShareBeforeWalls, EndsAtTheFrontOfAWallThatIsThere) {
   const std::vector<BuiltFace> walls = {WallAlongX()};
   EXPECT_NEAR(ShareBeforeWalls(walls, {1, 3}, {1, -1}), 0.75, 1e-12);
   EXPECT_EQ(ShareBeforeWalls(walls, {1, 3}, {1, 1}), 1);
   EXPECT_EQ(ShareBeforeWalls(walls, {1, 3}, {1, -0.05}), 1);  // its own surface
   EXPECT_EQ(ShareBeforeWalls(walls, {1, -3}, {1, 1}), 1);     // from behind: another face is there
   EXPECT_EQ(ShareBeforeWalls(walls, {5, 3}, {5, -1}), 1);     // beside it
-}
-
-TEST(ShareBeforeWalls, DoorsLetThroughAndWindowsDoNot) {
-  BuiltFace wall = WallAlongX();
-  wall.openings.push_back({OpeningKind::kDoor, true, -1.5, -0.5, 0, 2});
-  wall.openings.push_back({OpeningKind::kWindow, false, -3.5, -2.5, 1, 2});
-  EXPECT_EQ(ShareBeforeWalls({wall}, {1, 3}, {1, -1}), 1);
-  EXPECT_NEAR(ShareBeforeWalls({wall}, {3, 3}, {3, -1}), 0.75, 1e-12);
-}
-
-TEST(ShareBeforeWalls, WhatIsNoWallOrWasSeenThroughLetsThrough) {
-  BuiltFace other = WallAlongX();
-  other.is_wall = false;
-  EXPECT_EQ(ShareBeforeWalls({other}, {1, 3}, {1, -1}), 1);
-  BuiltFace gap = WallAlongX();
+  BuiltFace with_openings = WallAlongX(), no_wall = WallAlongX(), gap = WallAlongX();
+  with_openings.openings = {{OpeningKind::kDoor, true, -1.5, -0.5, 0, 2},
+                            {OpeningKind::kWindow, false, -3.5, -2.5, 1, 2}};
+  EXPECT_EQ(ShareBeforeWalls({with_openings}, {1, 3}, {1, -1}), 1);
+  EXPECT_NEAR(ShareBeforeWalls({with_openings}, {3, 3}, {3, -1}), 0.75, 1e-12);
+  no_wall.is_wall = false;
+  EXPECT_EQ(ShareBeforeWalls({no_wall}, {1, 3}, {1, -1}), 1);
   std::fill(gap.wall.shares.begin() + 50, gap.wall.shares.end(), 0);  // from x = 1.5 to 0
   EXPECT_EQ(ShareBeforeWalls({gap}, {1, 3}, {1, -1}), 1);
   EXPECT_NEAR(ShareBeforeWalls({gap}, {3, 3}, {3, -1}), 0.75, 1e-12);
@@ -131,6 +126,210 @@ TEST(WallBodies, WallWhoseBackWasSeenInPartGoesOnAtItsOwnThickness) {
   const double a_m = face.PointAt(face.from_m).x(), b_m = face.PointAt(face.to_m).x();
   EXPECT_NEAR(std::min(a_m, b_m), 6, 0.06);
   EXPECT_NEAR(std::max(a_m, b_m), 9, 1e-9);
+}
+
+// Seen from the right of the way between two places.
+WallFace Between(const Vector2d& a, const Vector2d& b) {
+  WallFace wall;
+  const Vector2d along = (b - a).normalized();
+  wall.face.normal = {along.y(), -along.x()};
+  wall.face.offset_m = wall.face.normal.dot(a);
+  wall.face.from_m = wall.face.MeasureAlong(a);
+  wall.face.to_m = wall.face.MeasureAlong(b);
+  wall.shares.assign(static_cast<size_t>(std::lround((b - a).norm() / wall.step_m)), 1);
+  return wall;
+}
+
+// Nothing is known of it there, in metres from its start.
+void Uncover(double from_m, double to_m, WallFace* wall) {
+  for (double along_m = from_m; along_m < to_m - 1e-6; along_m += wall->step_m) {
+    wall->shares[static_cast<size_t>(std::lround(along_m / wall->step_m))] = 0;
+  }
+}
+
+// A corridor of 10 by 2 m, and behind its wall of 15 cm two rooms with a wall between them.
+class RoomsTest : public ::testing::Test {
+ protected:
+  RoomsTest() : free_(Eigen::AlignedBox2d(Vector2d(-1, -1), Vector2d(11, 7)), 0.05) {
+    for (const auto& [low, high] : {std::pair(Vector2d(0, 0), Vector2d(10, 2)),
+                                    std::pair(Vector2d(0, 2.15), Vector2d(4.9, 6)),
+                                    std::pair(Vector2d(5.05, 2.15), Vector2d(10, 6))}) {
+      for (double y = low.y() + 0.025; y < high.y(); y += 0.05) {
+        for (int way = 0; way < 3; ++way) free_.AddWay({low.x(), y}, {high.x(), y});
+      }
+    }
+  }
+
+  std::vector<FoundRoom> Find(const std::vector<WallFace>& more = {}) const {
+    std::vector<WallFace> walls = {corridor_,
+                                   rooms_,
+                                   Between({10, 0}, {0, 0}),
+                                   Between({0, 6}, {10, 6}),
+                                   Between({0, 0}, {0, 6}),
+                                   Between({10, 6}, {10, 0}),
+                                   Between({4.9, 6}, {4.9, 2.15}),
+                                   Between({5.05, 2.15}, {5.05, 6})};
+    walls.insert(walls.end(), more.begin(), more.end());
+    return FindRooms(walls, free_, {});
+  }
+
+  FreeSpace free_;
+  WallFace corridor_ = Between({0, 2}, {10, 2}), rooms_ = Between({10, 2.15}, {0, 2.15});
+};
+
+TEST_F(RoomsTest, ArePartedByAWallThatIsBlankOnOneSide) {
+  Uncover(0.5, 4, &rooms_);  // from its start, at the right
+  Uncover(6, 9.5, &rooms_);
+  const std::vector<FoundRoom> found = Find();
+  ASSERT_THAT(found, SizeIs(3));
+  double area_m2 = 0;
+  for (const FoundRoom& room : found) area_m2 += Area(room.polygon);
+  EXPECT_NEAR(area_m2, 20 + 9.85 * 3.85, 0.1);
+}
+
+// Shelves hide both sides of it there.
+TEST_F(RoomsTest, ArePartedWhereMoreThanADoorsWidthOfTheirWallWasNotSeen) {
+  Uncover(1, 3.2, &corridor_);
+  Uncover(6.8, 9, &rooms_);
+  EXPECT_THAT(Find(), SizeIs(3));
+}
+
+TEST_F(RoomsTest, AreOneWhereRaysWentThroughAWideGap) {
+  Uncover(0.5, 4.4, &corridor_);
+  Uncover(5.6, 9.5, &rooms_);
+  for (double x = 0.525; x < 4.4; x += 0.05) {
+    for (int way = 0; way < 3; ++way) free_.AddWay({x, 1}, {x, 3});
+  }
+  EXPECT_THAT(Find(), SizeIs(2));
+}
+
+Room SquareRoom() {
+  Room room;
+  room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  room.area_m2 = 16;
+  return room;
+}
+
+// A room has a floor even where it is too dark, or too far, to be measured.
+TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
+  Room room = SquareRoom();
+  std::vector<BuildingPlane> planes;
+  AddFloorAndCeiling(BuildingInput(), {-1.2, 1.3, 1.3, {}}, &room, &planes);
+  ASSERT_EQ(planes.size(), 1u);
+  EXPECT_EQ(planes[0].kind, PlaneKind::kFloor);
+  EXPECT_TRUE(planes[0].inferred);
+  EXPECT_EQ(planes[0].offset_m, -1.2);
+  EXPECT_EQ(room.floor_m, -1.2);
+  EXPECT_FALSE(room.height_m.has_value());
+}
+
+// Of a dark ceiling only the lamps beneath it are seen, and where it meets the walls.
+struct CeilingLine {
+  Eigen::Vector3d start, end;
+};
+
+// Along two walls.
+std::vector<CeilingLine> Around(double z_m) {
+  return {{{0.1, 0.01, z_m}, {3.9, 0.01, z_m}}, {{3.99, 3.8, z_m}, {3.99, 0.1, z_m}}};
+}
+
+struct DarkCeiling {
+  const char* what;
+  std::optional<double> height_m;
+  std::vector<std::vector<CeilingLine>> lines;
+  double lamps_m = 1.2, bounded = 1, seen_m = 1.2;  // of the room, at the height of lamps
+};
+
+std::optional<double> HeightUnder(const DarkCeiling& ceiling) {
+  BuildingInput input;
+  for (const std::vector<CeilingLine>& lines : ceiling.lines) {
+    for (const CeilingLine& line : lines) {
+      input.lines.emplace_back().start_world = line.start;
+      input.lines.back().end_world = line.end;
+    }
+  }
+  for (double x = 0.1; x < ceiling.lamps_m; x += 0.1) {
+    for (double y = 0.1; y < ceiling.seen_m; y += 0.1) {
+      input.points.push_back({{x, y, 2.44}, {0, 0, -1}, 0.01});
+    }
+  }
+  Room room = SquareRoom();
+  room.bounded = ceiling.bounded;
+  std::vector<BuildingPlane> planes;
+  AddFloorAndCeiling(input, {0, 2.44, 2.44, {}}, &room, &planes);
+  return room.height_m;
+}
+
+TEST(HorizontalPlanes, ADarkCeilingIsAtTheTopOfItsWalls) {
+  const CeilingLine single = {{0.1, 0.01, 2.5}, {1.9, 0.01, 2.5}};
+  std::vector<CeilingLine> cornice;
+  for (int i = 0; i < 4; ++i) {
+    cornice.push_back({{0.1, 0.01 * i, 2.5}, {1.9, 0.01 * i, 2.5}});
+  }
+  for (const DarkCeiling& row : std::vector<DarkCeiling>{
+           {"also with a line in the middle of the room",
+            2.5,
+            {Around(2.5), {{{1, 2, 2.6}, {3, 2, 2.6}}}}},
+           {"nothing is seen of it", std::nullopt, {}, 0},
+           {"there are cupboards alone", std::nullopt, {Around(2.1)}, 0},
+           {"there is one above the cupboards", 2.5, {Around(2.1), Around(2.5)}, 0},
+           {"a single line tells little", 2.44, {{single}}},
+           {"but where no other is known", 2.5, {{single}}, 1.2, 0.25},
+           {"lines beside each other count once", 2.44, {cornice}},
+           // Rails, the ceiling, a floor.
+           {"not the floor above nor what hangs", 2.52, {Around(2.46), Around(2.52), Around(2.74)}},
+           {"most of it is seen", 2.44, {Around(2.5)}, 4, 1, 4}}) {
+    const auto height_m = HeightUnder(row);
+    ASSERT_EQ(height_m.has_value(), row.height_m.has_value()) << row.what;
+    if (height_m) EXPECT_NEAR(*height_m, *row.height_m, 0.003) << row.what;
+  }
+}
+
+// A blank ceiling, of which only the edges of walls and of a lamp are seen.
+class BlankCeiling : public ::testing::Test {
+ protected:
+  BlankCeiling() {
+    for (double x = 0; x < 4; x += 0.1) {
+      input_.trajectory_world.emplace_back(x, 2, 1.5);
+      for (double y = 0; y < 4; y += 0.1) input_.points.push_back({{x, y, 0}, {0, 0, 1}, 0.01});
+      for (double z = 0; z < 2; z += 0.1) input_.points.push_back({{x, 0, z}, {0, 1, 0}, 0.01});
+    }
+  }
+
+  void AddEdge(double z_m, double length_m) {
+    MapLine line;
+    line.start_world = {0, 0, z_m};
+    line.end_world = {length_m, 0, z_m};
+    line.kind = LineKind::kEdge;
+    input_.lines.push_back(line);
+  }
+
+  std::optional<double> Ceiling() const { return FindLevels(input_).front().ceiling_m; }
+
+  BuildingInput input_;
+};
+
+TEST_F(BlankCeiling, IsWhereTheHighestEdgesAre) {
+  AddEdge(2.1, 4);  // of doors
+  AddEdge(2.7, 3);
+  AddEdge(2.71, 2);
+  AddEdge(3.1, 0.5);  // too short to tell
+  EXPECT_NEAR(Ceiling().value(), 2.704, 1e-9);
+}
+
+TEST_F(BlankCeiling, IsAboveTheLampsThatHangFromIt) {
+  AddEdge(2.62, 4);
+  AddEdge(2.7, 1.2);
+  EXPECT_NEAR(Ceiling().value(), 2.7, 1e-9);
+}
+
+TEST_F(BlankCeiling, IsNotToldByFewEdgesNorBeneathWhatStandsHigher) {
+  AddEdge(2.7, 3);
+  EXPECT_FALSE(Ceiling().has_value());
+  AddEdge(2.7, 3);
+  EXPECT_TRUE(Ceiling().has_value());
+  for (double z = 2.1; z < 4; z += 0.1) input_.points.push_back({{2, 0, z}, {0, 1, 0}, 0.01});
+  EXPECT_FALSE(Ceiling().has_value());
 }
 
 }  // namespace

@@ -1,194 +1,376 @@
-// Which images saw a map's points: from the run to the map's folder and back.
+// Maps in their folders: what was written comes back, and what is damaged is named.
 #include "mapping/map/map_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <set>
+#include <filesystem>
+#include <sstream>
 
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/json.h"
+#include "data/io/ply.h"
 #include "mapping/align/map_agreement.h"
-#include "mapping/map/evidence_files.h"
-#include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
 #include "mapping/mapping.h"
+#include "tests/testing/made_building.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
-using Eigen::Vector2d;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing::MessageOf;
 using ::testing::ThrowsMessage;
 
-class PointObservationsTest : public ::testing::Test {
+// With something of each kind.
+MapResult MakeFullMap() {
+  OdometryRun run = testing::MakeLineRun();
+  run.id = "0123456789abcdef";
+  run.source = testing::MakeSource(run);
+  run.verdict.emplace().Add({VerdictLevel::kDoubtful, "speed", "a", "b", "c"});
+  MappingOptions options;
+  options.cloud.voxel_m = 0.25;
+  MapResult map = MapRun(run, nullptr, options);
+  map.dense = {{{1, 2, 3}, Eigen::Vector3d::UnitZ(), 0.015625, 77}};
+  map.filled = {{{2, 2, 3}, Eigen::Vector3d::UnitX(), 0.0078125, 200}};
+  map.marks = {map.lines.back()};
+  map.marks[0].id = 500;
+  map.patterns.emplace_back().spacing_m = 0.25;
+  map.patterns[0].line_ids = {500};
+  map.patterns[0].across_m = {-1, 2};
+  map.pipes = {{0, 0, LineAxis::kVertical, -1, {1, 2, 0}, {1, 2, 2.5}, 0.0612, 0.0021, 0.00047, 40},
+               {1, 0, LineAxis::kX, 2, {-1, 2, 2}, {4, 2, 2}, 0.1, 0.003, 0.001, 7}};
+  map.source.georeference = Georeference{"EPSG:25832", {691607.25, 5334760.5, 515}, 0.75, 1};
+  map.control.emplace().points = {{"P1", ControlStatus::kOutlier, {1, 2, 3}, {0.01, 0.01, 0.01}}};
+  map.plan.emplace().walls = {
+      {PlanStatus::kDeviates, 3, 4, {1, 2}, {3, 2}, 0.012, 0.004, 0.001, 0.002},
+      {PlanStatus::kMissing, 5, -1, {0, 0}, {2, 0}}};
+  map.plan->openings = {{PlanStatus::kAsPlanned, 0, 2, {1, 0}, {2, 0}, 0.003, 0.01, -0.004, 0.02}};
+
+  Building& building = map.building;
+  building = testing::MakeBuilding();
+  building.name = "House";
+  building.storeys[0].ceiling_m.reset();
+  building.storeys[0].name = "Ground";
+  building.rooms[0].polygon.holes = {{{1, 1}, {1, 2}, {2, 2}}};
+  building.rooms[0].bounded = 0.75;
+  building.rooms[0].seen_share = 0.5;
+  building.rooms[0].name = "Lab";
+  BuildingPlane wall, floor;
+  wall.kind = PlaneKind::kWall;
+  wall.normal = {0.6, 0.8, 0};
+  wall.sigma_m = 0.004;
+  wall.outline_world = floor.outline_world = {{0, 0, 0}, {1, 0, 0}, {1, 0, 2}, {0, 0, 2}};
+  wall.openings = {{OpeningKind::kDoor, true, 0.9, 2.05, wall.outline_world}};
+  wall.room_ids = {0};
+  wall.inferred = true;
+  floor.id = 1;
+  floor.kind = PlaneKind::kFloor;
+  floor.normal = Eigen::Vector3d::UnitZ();
+  building.planes = {wall, floor};
+  building.walls[0].plane_ids = {0};
+  building.walls[0].openings[0].name = "D-01";
+  building.walls[2].seen_share = 0.25;
+  building.T_map_world.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ());
+  map.seen_share = 0.75;
+  return map;
+}
+
+const MapResult& FullMap() {
+  static const MapResult map = MakeFullMap();
+  return map;
+}
+
+class MapFolderTest : public ::testing::Test {
  protected:
-  // Where the map's rig sees a point.
-  static Vector2d DistortToPixel(const MapResult& map, const MapPointObservation& seen) {
-    const Rig& rig = map.rectified_rig;
-    for (const StampedPose& pose : map.keyframes) {
-      if (pose.stamp_ns != seen.stamp_ns) continue;
-      const RigidTransform T_world_camera = pose.T_world_imu * rig.T_imu_camera[seen.camera];
-      return *rig.cameras[seen.camera].Project(T_world_camera.Inverse() *
-                                               map.points[seen.point].p_world);
-    }
-    ADD_FAILURE() << "no keyframe";
-    return Vector2d::Zero();
+  MapFolderTest() { WriteMapFolder(folder_, map_); }
+
+  // Reading must fail with a message that holds this.
+  void ExpectReadError(const std::string& what, bool accept_changed = false) const {
+    EXPECT_THAT(
+        MessageOf<DataError>([&] { ReadMapFolder(folder_, {.accept_changed = accept_changed}); }),
+        HasSubstr(what));
   }
 
-  testing::TempFolder temp_;
-  const std::string folder_ = temp_.Path("map");
-  const std::string path_ = folder_ + "/" + kPointObservationFile;
+  // What is said where a file is another, whether or not changes are accepted.
+  void ExpectRefused(const std::string& name, const std::string& text, const std::string& message,
+                     bool also_unaccepted = true) const {
+    const std::string path = folder_ + "/" + name, good = ReadFile(path);
+    WriteFile(path, text);
+    ExpectReadError(message, true);
+    if (also_unaccepted) ExpectReadError(message);
+    WriteFile(path, good);
+  }
+
+  // The same where a text in it is another.
+  void ExpectRefusedEdit(const std::string& name, const std::string& from, const std::string& to,
+                         const std::string& message) const {
+    std::string text = ReadFile(folder_ + "/" + name);
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    ExpectRefused(name, text.replace(at, from.size(), to), message, false);
+  }
+
+  // The same where other rows are in the place of the first ones behind the header.
+  void ExpectRefusedRows(const std::string& name, const std::vector<std::string>& rows,
+                         const std::string& message) const {
+    std::istringstream text(ReadFile(folder_ + "/" + name));
+    std::string damaged, row;
+    for (std::size_t i = 0; std::getline(text, row); ++i) {
+      damaged += (i > 0 && i <= rows.size() ? rows[i - 1] : row) + "\n";
+    }
+    ExpectRefused(name, damaged, name + ": row " + message);
+  }
+
+  const MapResult& map_ = FullMap();
+  const testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("made/map");
+  const std::string stamp_ = std::to_string(map_.keyframes[0].stamp_ns);
 };
 
-TEST_F(PointObservationsTest, SayWhereEachImageShowsAPoint) {
-  const OdometryRun run = testing::MakeWallRun();
-  const MapResult map = MapRun(run, nullptr, {});
-  std::set<int64_t> points;
-  for (const MapPointObservation& seen : map.point_observations) {
-    points.insert(seen.point);
-    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 1e-6);
+// Reading takes in all that was written, but for what says how the map was made.
+TEST_F(MapFolderTest, AMapComesBack) {
+  const MapResult read = ReadMapFolder(folder_);
+  const std::string again = temp_.Path("again");
+  WriteMapFolder(again, read);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename();
+    if (name == "map.json" || name == "occupancy.ot" || name == "calibration.yaml") continue;
+    EXPECT_EQ(ReadFile(folder_ + "/" + name), ReadFile(again + "/" + name)) << name;
   }
-  EXPECT_EQ(points.size(), map.points.size());
-  // All but what was no point: in both images of each keyframe.
-  std::size_t landmarks = 0;
-  for (const MapPoint& point : map.points) landmarks += point.landmark_ids.size();
-  EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * landmarks);
-  EXPECT_TRUE(std::ranges::is_sorted(
-      map.point_observations, {}, [](const MapPointObservation& seen) { return MakeKey(seen); }));
+  Json summaries[] = {Json::parse(ReadFile(folder_ + "/map.json")),
+                      Json::parse(ReadFile(again + "/map.json"))};
+  for (Json& summary : summaries) {
+    for (const char* key : {"id", "checksum", "files"}) summary.erase(key);
+  }
+  EXPECT_EQ(summaries[0], summaries[1]);
+
+  EXPECT_EQ(read.method, "points");
+  EXPECT_EQ(read.source.run_id, "0123456789abcdef");
+  EXPECT_EQ(read.source.sequence, "/recordings/hall");
+  EXPECT_THAT(read.source.options, HasSubstr("\n  cloud:\n"));
+  EXPECT_THAT(read.source.options, HasSubstr("    voxel_m: 0.25\n"));
+  EXPECT_EQ(read.rectified_rig.cameras[0].fx_px, 320);
+  ASSERT_TRUE(read.verdict.has_value());
+  EXPECT_EQ(read.verdict->level, VerdictLevel::kDoubtful);
+  EXPECT_EQ(read.verdict->reasons.at(0).what, "speed");
+  EXPECT_EQ(read.keyframes.back().stamp_ns, map_.keyframes.back().stamp_ns);
+  EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map_.occupancy.OccupiedVoxels().size());
+  EXPECT_EQ(read.source.georeference->origin_m.x(), 691607.25);
+  EXPECT_THAT(ReadFile(folder_ + "/georeference.json"),
+              AllOf(HasSubstr("\"crs_name\": \"ETRS89 / UTM zone 32N\""),
+                    HasSubstr("\"latitude_deg\": 48.13")));
+  EXPECT_EQ(read.control->points.at(0).status, ControlStatus::kOutlier);
+  EXPECT_THAT(ReadFile(folder_ + "/control_points.csv"), HasSubstr("\nP1,outlier,"));
+  EXPECT_EQ(read.plan->walls.at(1).status, PlanStatus::kMissing);
+  EXPECT_NEAR(read.plan->openings.at(0).wider_m, -0.004, 1e-9);
+  EXPECT_THAT(ReadFile(folder_ + "/plan_deviations.csv"),
+              AllOf(HasSubstr("wall,deviates,3,4,1.0000,2.0000,3.0000,2.0000,12.0,4.0"),
+                    HasSubstr("wall,missing,5,-1")));
 }
 
-// They are different features, beside each other.
-TEST_F(PointObservationsTest, LandmarksThatBecameOnePointAreTracksOfIt) {
-  OdometryRun run = testing::MakeWallRun();
-  MappingOptions options;
-  options.cloud.voxel_m = 0.5;
-  run.keyframes[1].observations[0].right_px.reset();
-  const MapResult map = MapRun(run, nullptr, options);
-  ASSERT_LT(map.points.size(), 100u);
-  std::size_t tracks = 0;
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    std::set<int> of_point;
-    for (const MapPointObservation& seen : map.point_observations) {
-      if (seen.point == static_cast<int64_t>(i)) of_point.insert(seen.track);
-    }
-    EXPECT_EQ(of_point.size(), map.points[i].landmark_ids.size());
-    EXPECT_EQ(*of_point.rbegin() + 1, std::ssize(map.points[i].landmark_ids));
-    tracks += of_point.size();
+TEST_F(MapFolderTest, PointsLinesAndTheirEvidenceComeBack) {
+  const MapResult read = ReadMapFolder(folder_);
+  ASSERT_EQ(read.points.size(), map_.points.size());
+  EXPECT_LT((read.points[9].p_world - map_.points[9].p_world).norm(), 1e-5);
+  EXPECT_EQ(read.points[9].observations, map_.points[9].observations);
+  EXPECT_NEAR(read.points[9].sigma_m, map_.points[9].sigma_m, 1e-6);
+  EXPECT_EQ(read.points[9].line_id, map_.points[9].line_id);
+  const MapPointObservation &seen = read.point_observations.at(9),
+                            &saw = map_.point_observations[9];
+  EXPECT_EQ(MakeKey(seen), MakeKey(saw));
+  EXPECT_LT((seen.px - saw.px).norm(), 0.001);
+  EXPECT_EQ(read.dense.at(0).grey, 77);
+  EXPECT_EQ(read.filled.at(0).p_world, map_.filled[0].p_world);
+  // Viewers show a cloud in colour by these names alone.
+  const std::string path = folder_ + "/dense.ply";
+  const PlyElement vertices = ReadPly(path).Get("vertex", path);
+  for (const char* name : {"red", "green", "blue", "grey"}) {
+    EXPECT_EQ(vertices.Get(name, path).values.at(0), 77) << name;
   }
-  EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * tracks - 1);
+  ASSERT_EQ(read.lines.size(), 24u);
+  EXPECT_EQ(read.lines[23].id, 123);
+  EXPECT_EQ(read.lines[23].axis, LineAxis::kY);
+  EXPECT_LT((read.lines[23].end_world - map_.lines[23].end_world).norm(), 1e-6);
+  // Both images of the first four keyframes, and the vertical ones in that at 5 s.
+  ASSERT_EQ(read.line_evidence.supports.size(), 2 * (4 * 24 + 20u));
+  const LineSupport &support = read.line_evidence.supports[1],
+                    &supported = map_.line_evidence.supports[1];
+  EXPECT_EQ(support.line_id, 100);
+  EXPECT_EQ(support.stamp_ns, map_.keyframes[0].stamp_ns);
+  EXPECT_EQ(support.camera, 1);
+  EXPECT_LT((support.px.end - supported.px.end).norm(), 0.01);
+  const LineCovariance &covariance = read.line_evidence.covariances.at(23),
+                       &was = map_.line_evidence.covariances[23];
+  EXPECT_EQ(covariance.line_id, 123);
+  EXPECT_LT((covariance.start_end_m2 - was.start_end_m2).norm(), 1e-5 * was.start_m2.norm());
+  EXPECT_EQ(read.marks.at(0).id, 500);
+  EXPECT_EQ(read.patterns.at(0).line_ids, std::vector<int64_t>{500});
+  EXPECT_EQ(read.pipes.at(0).end_world, Eigen::Vector3d(1, 2, 2.5));
+  EXPECT_EQ(read.pipes[0].radius_m, 0.0612);
 }
 
-// The images that a map speaks of are rectified with what the run has found of its cameras.
-TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
-  OdometryRun run = testing::MakeWallRun();
-  run.source.emplace();
-  run.source->raw_rig = run.rectified_rig;
-  CalibrationEstimate found;
-  found.right_rotation_rad = {0.01, -0.004, 0.02};
-  found.focal_length = 0.005;
-  found.right_centre_px = {1.5, -0.8};
-  run.calibration = {found};
-  // As the true cameras saw it, and as it was rectified with the given ones.
-  Rig true_rig = run.rectified_rig;
-  true_rig.T_imu_camera[1].rotation =
-      true_rig.T_imu_camera[1].rotation * ExpRotation(found.right_rotation_rad);
-  for (Camera& camera : true_rig.cameras) {
-    camera.fx_px *= 1 + found.focal_length;
-    camera.fy_px *= 1 + found.focal_length;
-  }
-  true_rig.cameras[1].cx_px += found.right_centre_px.x();
-  true_rig.cameras[1].cy_px += found.right_centre_px.y();
-  for (Keyframe& keyframe : run.keyframes) {
-    for (std::size_t i = 0; i < keyframe.observations.size(); ++i) {
-      const auto px = [&](int camera) {
-        return *true_rig.cameras[camera].Project(
-            (keyframe.T_world_imu * true_rig.T_imu_camera[camera]).Inverse() *
-            run.landmarks[i].p_world);
-      };
-      keyframe.observations[i].left_px = px(0);
-      keyframe.observations[i].right_px = px(1);
-    }
-  }
-  const MapResult map = MapRun(run, nullptr, {});
-  ASSERT_FALSE(map.point_observations.empty());
-  for (const MapPointObservation& seen : map.point_observations) {
-    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 0.01);
+TEST_F(MapFolderTest, TheBuildingComesBack) {
+  const MapResult read = ReadMapFolder(folder_);
+  const Building& building = read.building;
+  EXPECT_EQ(building.name, "House");
+  EXPECT_EQ(building.storeys.at(0).name, "Ground");
+  EXPECT_FALSE(building.storeys[0].ceiling_m);
+  EXPECT_EQ(building.rooms.at(0).name, "Lab");
+  EXPECT_EQ(building.rooms[0].polygon.holes.size(), 1u);
+  EXPECT_LT((building.planes.at(0).normal - Eigen::Vector3d(0.6, 0.8, 0)).norm(), 1e-12);
+  EXPECT_TRUE(building.planes[0].inferred && !building.planes.at(1).inferred);
+  EXPECT_TRUE(building.planes[0].openings.at(0).walked);
+  EXPECT_EQ(building.walls.at(0).openings.at(0).name, "D-01");
+  EXPECT_TRUE(building.walls.at(3).thickness_assumed);
+  EXPECT_NEAR(Eigen::AngleAxisd(building.T_map_world.rotation).angle(), 0.3, 1e-9);
+  EXPECT_EQ(read.seen_share, 0.75);
+  EXPECT_EQ(building.rooms[0].seen_share, 0.5);
+  EXPECT_FALSE(building.walls[1].seen_share);
+  EXPECT_EQ(building.walls[2].seen_share, 0.25);
+}
+
+TEST_F(MapFolderTest, WhatAMapHasNotIsNotThereAnyMore) {
+  WriteMapFolder(folder_, MapRun(testing::MakeLineRun(), nullptr, {}));
+  const MapResult read = ReadMapFolder(folder_);
+  EXPECT_FALSE(read.control || read.plan || read.seen_share);
+  EXPECT_TRUE(read.pipes.empty() && read.patterns.empty() && read.building.planes.empty());
+}
+
+TEST_F(MapFolderTest, MissingAndDamagedFilesAreNamed) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename(), good = ReadFile(entry.path());
+    std::filesystem::remove(entry.path());
+    ExpectReadError(name);
+    WriteFile(entry.path(), "damaged");
+    ExpectReadError(name);
+    WriteFile(entry.path(), good);
   }
 }
 
-TEST_F(PointObservationsTest, ComeBack) {
-  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
+TEST_F(MapFolderTest, WhatCannotBeIsNamedWithItsFileAndKey) {
+  const char *const pipes = "pipes.json", *const planes = "planes.json";
+  ExpectRefusedEdit(pipes, "\"segment\": 0", "\"segment\": 4294967296",
+                    "segment: found 4294967296, expected 0 to");
+  ExpectRefusedEdit(pipes, "\"segment\": 0", "\"segment\": 0.7",
+                    "segment: found 0.7, expected 0 to");
+  ExpectRefusedEdit(pipes, "0.0612", "-0.0612",
+                    "pipe 0: radius_m: found -0.0612, expected 0.0001 to");
+  ExpectRefusedEdit(pipes, "0.0612", "1e999", "pipes.json: ");
+  ExpectRefusedEdit(pipes, "0.0612", "null", "radius_m: found null, expected 0.0001 to");
+  ExpectRefusedEdit(pipes, "\"vertical\"", "\"up\"",
+                    "pipe 0: axis: found 'up', expected one of: x, y");
+  ExpectRefusedEdit(pipes, "\"id\": 1", "\"id\": 0", "pipe 0: found it at place 1, expected ids");
+  ExpectRefusedEdit(pipes, "\"images\": 40", "\"images\": -1", "images: found -1, expected 0 to");
+  ExpectRefusedEdit(pipes, "\"radius_sigma_m\": 0.00047,", "", "radius_sigma_m: missing");
+  ExpectRefusedEdit(pipes, "2.5", "0", "pipe 0: found an end that is its start");
+  ExpectRefusedEdit(pipes, "2.5", "2e6", "pipe 0: found the point");
+  ExpectRefused(pipes, "{}", "found no list", false);
+  ExpectRefusedEdit(planes, "\"wall\"", "\"roof\"",
+                    "planes.json: plane 0: kind: found 'roof', expected one of: wall, floor");
+  ExpectRefusedEdit(planes, "\"sigma_m\": 0.004", "\"sigma_m\": -1", "sigma_m: found -1");
+  ExpectRefusedEdit(planes, "0.8", "0.9", "expected 1");
+  ExpectRefusedEdit(planes, "\"offset_m\"", "\"offset\"", "offset_m: missing");
+  ExpectRefusedEdit(planes, "\"storey\": 0", "\"storey\": 4", "reference to storey 4");
+  ExpectRefusedEdit("rooms.json", "\"bounded\": 0.75", "\"bounded\": 1.5",
+                    "rooms.json: room 0: bounded: found 1.5");
+  ExpectRefusedEdit("rooms.json", "\"id\": 0", "\"id\": 3", "expected ids to count from 0");
+  ExpectRefusedEdit("plan.json", "\"version\": 1", "\"version\": 9", "version 9");
+  PlyFile dense = ReadPly(folder_ + "/dense.ply");
+  for (PlyProperty& property : dense.elements[0].properties) {
+    if (property.name == "source") property.values[0] = 5;
+  }
+  WritePly(folder_ + "/dense.ply", dense);
+  ExpectReadError("dense.ply", true);
+  MapResult map = MakeFullMap();
+  map.points[1].line_id = 1000;
   WriteMapFolder(folder_, map);
-  const std::vector<MapPointObservation> read = ReadMapFolder(folder_).point_observations;
-  ASSERT_EQ(read.size(), map.point_observations.size());
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(MakeKey(read[i]), MakeKey(map.point_observations[i]));
-    EXPECT_LT((read[i].px - map.point_observations[i].px).norm(), 0.001);
-  }
-}
-
-// As of a run that was cut off.
-TEST_F(PointObservationsTest, TracksOfAPointCountFromZeroWhateverWasSeen) {
-  OdometryRun run = testing::MakeWallRun();
-  const int64_t unseen = MapRun(run, nullptr, {}).points[0].landmark_ids[0];
-  MappingOptions options;
-  options.cloud.voxel_m = 0.5;
-  for (Keyframe& keyframe : run.keyframes) {
-    std::erase_if(keyframe.observations,
-                  [&](const KeyframeObservation& seen) { return seen.landmark_id == unseen; });
-  }
-  WriteMapFolder(folder_, MapRun(run, nullptr, options));
-  const MapResult map = ReadMapFolder(folder_);
-  const auto point = std::ranges::find(map.point_observations, 0, &MapPointObservation::point);
-  ASSERT_NE(point, map.point_observations.end());
-  EXPECT_EQ(point->track, 0);
-}
-
-// Files refuse what cannot be, so it is not written.
-TEST_F(PointObservationsTest, AreFinite) {
-  OdometryRun run = testing::MakeWallRun();
-  run.keyframes[0].observations[3].left_px.x() = std::nan("");
-  run.keyframes[1].observations[3].right_px->y() = 1e9;
-  const MapResult map = MapRun(run, nullptr, {});
+  ExpectReadError("points.ply: vertex row 2: found line_id 1000");
+  map.points[1].line_id = -1;
+  map.seen_share = 1.5;
   WriteMapFolder(folder_, map);
-  EXPECT_EQ(ReadMapFolder(folder_).point_observations.size(),
-            MapRun(testing::MakeWallRun(), nullptr, {}).point_observations.size() - 2);
+  ExpectReadError("seen_share: found 1.5, expected 0 to 1");
+  map.seen_share = 1;
+  map.patterns[0].across_m = {1, -1};
+  WriteMapFolder(folder_, map);
+  ExpectReadError("expected the lesser first");
+  map.patterns[0].direction_world = {0.5, 0, 0};
+  WriteMapFolder(folder_, map);
+  ExpectReadError("pattern 0: direction");
 }
 
-TEST_F(PointObservationsTest, DamagedTablesAreNamed) {
-  const MapResult map = MapRun(testing::MakeWallRun(), nullptr, {});
-  WriteMapFolder(folder_, map);
-  const std::string header = "point,track,stamp_ns,camera,x_px,y_px\n";
-  const std::string stamp = std::to_string(map.keyframes[0].stamp_ns);
-  const auto expect_refused = [&](const std::string& rows, const std::string& message) {
-    WriteFile(path_, header + rows);
-    for (const bool accept : {false, true}) {
-      EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = accept}); },
-                  ThrowsMessage<DataError>(HasSubstr("point_observations.csv: row " + message)));
-    }
-  };
-  const std::string good = "0,0," + stamp + ",0,1,2\n";
-  expect_refused("0,0," + stamp + ",0,1\n", "2: found 5 columns, expected 6");
-  expect_refused("100000,0," + stamp + ",0,1,2\n",
-                 "2: point: found '100000', expected less than the " +
-                     std::to_string(map.points.size()) + " points");
-  expect_refused("-1,0," + stamp + ",0,1,2\n", "2: point: found '-1', expected");
-  expect_refused("0,1," + stamp + ",0,1,2\n", "2: track: found '1', expected at most 0");
-  expect_refused(good + "0,2," + stamp + ",0,1,2\n", "3: track: found '2', expected at most 1");
-  expect_refused("0,0,12,0,1,2\n", "2: stamp_ns: found '12', expected the stamp of a pose");
-  expect_refused("0,0," + stamp + ",2,1,2\n", "2: camera: found '2', expected 0 to 1");
-  expect_refused("0,0," + stamp + ",0,inf,2\n", "2: x_px: found 'inf', expected");
-  expect_refused("0,0," + stamp + ",0,1,1e9\n", "2: y_px: found '1e9', expected");
-  expect_refused(good + good, "3: point: found '0', expected rows in the order of");
-  WriteFile(path_, header + good);
-  EXPECT_THAT([&] { ReadMapFolder(folder_); },
-              ThrowsMessage<DataError>(HasSubstr("found 1 point_observations, expected ")));
-  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).point_observations.size(), 1u);
+TEST_F(MapFolderTest, ChangedFilesAreRefusedUnlessAccepted) {
+  const std::string path = folder_ + "/points.ply", bytes = ReadFile(path);
+  std::string moved = bytes;
+  moved[bytes.size() - 13] ^= 1;  // of a coordinate's bits
+  WriteFile(path, moved);
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadMapFolder(folder_); }),
+              AllOf(HasSubstr("points.ply: found "), HasSubstr("--accept-changed")));
+  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).points.size(), map_.points.size());
+  PlyFile far = ReadPly(path);
+  far.elements[0].properties[0].values[2] = 1e30;
+  WritePly(path, far);
+  ExpectReadError("points.ply: vertex row 3: x: found 1", true);
+  WriteFile(path, bytes);
+  const std::string poses = folder_ + "/trajectory.tum", rows = ReadFile(poses);
+  WriteFile(poses, rows.substr(0, rows.rfind('\n', rows.size() - 2) + 1));
+  ExpectReadError("found 50 poses, expected 51 as in map.json");
+  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
+}
+
+TEST_F(MapFolderTest, DamagedCovariancesAreNamed) {
+  const std::string name = "line_covariances.csv",
+                    zeros = ",0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0";
+  ExpectRefusedRows(name, {"100,0,1e-6,0"}, "2: found 4 columns, expected 23");
+  ExpectRefusedRows(name, {"100,0" + zeros, "99,0" + zeros},
+                    "3: line_id: found '99', expected the id of a line in lines.ply or marks.ply");
+  ExpectRefusedRows(name, {"100,0" + zeros, "100,0" + zeros},
+                    "3: line_id: found '100', expected rows");
+  ExpectRefusedRows(name, {"100,1" + zeros},
+                    "2: piece: found '1', expected less than the 1 pieces");
+  ExpectRefusedRows(name, {"100,0,nan" + zeros.substr(2)}, "2: start_xx_m2: found 'nan', expected");
+  ExpectRefusedRows(name, {"100,0,-1" + zeros.substr(2)},
+                    "2: start_xx_m2: found '-1', expected 0 to");
+  ExpectRefusedRows(name, {"100,0,1e-6,2e-6,0,1e-6" + zeros.substr(8)},
+                    "2: start_xx_m2: found '1e-6', expected columns that are a covariance");
+}
+
+TEST_F(MapFolderTest, DamagedSupportsAreNamed) {
+  const std::string name = "line_supports.csv", &stamp = stamp_;
+  ExpectRefusedRows(name, {"100,0," + stamp + ",0,1,2,3"}, "2: found 7 columns, expected 8");
+  ExpectRefusedRows(name, {"100,0," + stamp + ",0,1,2,3,inf"},
+                    "2: end_y_px: found 'inf', expected");
+  ExpectRefusedRows(name, {"100,0," + stamp + ",2,1,2,3,4"},
+                    "2: camera: found '2', expected 0 to 1");
+  ExpectRefusedRows(name, {"7,0," + stamp + ",0,1,2,3,4"},
+                    "2: line_id: found '7', expected the id of");
+  ExpectRefusedRows(name, {"100,0,12,0,1,2,3,4"},
+                    "2: stamp_ns: found '12', expected the stamp of a pose");
+  ExpectRefusedRows(name, {"100,0," + stamp + ",0,1,2,3,4", "100,0," + stamp + ",0,1,2,3,4"},
+                    "3: line_id: found '100', expected rows in the order of");
+}
+
+TEST_F(MapFolderTest, DamagedPointObservationsAreNamed) {
+  const std::string name = "point_observations.csv", seen = "0,0," + stamp_ + ",0,";
+  ExpectRefusedRows(name, {seen + "1"}, "2: found 5 columns, expected 6");
+  ExpectRefusedRows(name, {"100000,0," + stamp_ + ",0,1,2"},
+                    "2: point: found '100000', expected less than the " +
+                        std::to_string(map_.points.size()) + " points");
+  ExpectRefusedRows(name, {"-1,0," + stamp_ + ",0,1,2"}, "2: point: found '-1', expected");
+  ExpectRefusedRows(name, {"0,1," + stamp_ + ",0,1,2"}, "2: track: found '1', expected at most 0");
+  ExpectRefusedRows(name, {seen + "1,2", "0,2," + stamp_ + ",0,1,2"},
+                    "3: track: found '2', expected at most 1");
+  ExpectRefusedRows(name, {"0,0,12,0,1,2"},
+                    "2: stamp_ns: found '12', expected the stamp of a pose");
+  ExpectRefusedRows(name, {"0,0," + stamp_ + ",2,1,2"}, "2: camera: found '2', expected 0 to 1");
+  ExpectRefusedRows(name, {seen + "inf,2"}, "2: x_px: found 'inf', expected");
+  ExpectRefusedRows(name, {seen + "1,1e9"}, "2: y_px: found '1e9', expected");
+  ExpectRefusedRows(name, {seen + "1,2", seen + "1,2"},
+                    "3: point: found '0', expected rows in the order");
 }
 
 std::vector<MergedRun> ThreeRuns() {
@@ -207,18 +389,16 @@ MapSource SourceA() {
 TEST(MergedRuns, AreReadAsTheyWereWritten) {
   std::vector<MergedRun> runs = ThreeRuns();
   runs[1].opened.cameras = {1, 2};
-  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(runs), SourceA());
+  const Json json = MergedJson(runs);
+  const std::vector<MergedRun> read = ParseMerged("map.json", json, SourceA());
+  EXPECT_EQ(MergedJson(read), json);
   ASSERT_EQ(read.size(), 3u);
   EXPECT_EQ(read[1].opened.cameras, (std::vector<int>{1, 2}));
   EXPECT_TRUE(read[0].opened.cameras.empty());
   EXPECT_EQ(read[1].run_id, "b");
-  EXPECT_EQ(read[1].sequence, "/recordings/night");
-  EXPECT_EQ(read[1].version, "0.2.0");
   EXPECT_EQ(read[1].stamps_moved_ns, -3600);
-  EXPECT_EQ(read[1].poses_ns->from_ns, 300);
   EXPECT_EQ(read[1].poses_ns->to_ns, 400);
-  const RigidTransform off = read[1].T_world_run.Inverse() * ThreeRuns()[1].T_world_run;
-  EXPECT_LT(off.translation.norm() + LogRotation(off.rotation).norm(), 1e-12);
+  EXPECT_NEAR(ComputeYaw(read[1].T_world_run), 0.5, 1e-12);
 }
 
 // The first run's map may be turned against its run.
@@ -231,15 +411,6 @@ TEST(MergedRuns, TheFirstIsTurnedAsItsMapIs) {
   EXPECT_NEAR(ComputeYaw(read[0].T_world_run), 0.3, 1e-12);
   EXPECT_THAT([&] { ParseMerged("map.json", MergedJson(ThreeRuns()), source); },
               ThrowsMessage<DataError>(HasSubstr("run 0: found it moved, expected the first run")));
-}
-
-TEST(MergedRuns, MayBeWithoutStamps) {
-  Json json = MergedJson(ThreeRuns());
-  json[1].erase("first_pose_ns");
-  json[1].erase("last_pose_ns");
-  const std::vector<MergedRun> read = ParseMerged("map.json", json, SourceA());
-  EXPECT_TRUE(read[0].poses_ns.has_value());
-  EXPECT_FALSE(read[1].poses_ns.has_value());
 }
 
 // What is said of the list once a value in it is another.
@@ -271,17 +442,22 @@ TEST(MergedRuns, WhatCannotBeIsNamed) {
   ExpectRefused("/0/position_m/2", 0.1, "run 0: found it moved, expected the first run as it was");
 }
 
-TEST(MergedRuns, AreAList) {
-  const auto refusal = [](const Json& json, const std::string& found) {
-    EXPECT_THAT([&] { ParseMerged("map.json", json, SourceA()); },
-                ThrowsMessage<DataError>("map.json: merged: found " + found +
-                                         ", expected a list of two runs or more"));
-  };
-  refusal(nullptr, "'null'");
-  refusal("a", "'string'");
-  refusal(MergedJson(ThreeRuns())[0], "'object'");
-  refusal(Json::array(), "0 runs");
-  refusal(MergedJson({ThreeRuns()[0]}), "1 runs");
+TEST(MergedRuns, AreAListThatMayBeWithoutStamps) {
+  Json json = MergedJson(ThreeRuns());
+  for (const auto& [wrong, found] : {std::pair<Json, std::string>(nullptr, "'null'"),
+                                     {"a", "'string'"},
+                                     {json[0], "'object'"},
+                                     {Json::array(), "0 runs"},
+                                     {MergedJson({ThreeRuns()[0]}), "1 runs"}}) {
+    const Json& list = wrong;
+    EXPECT_EQ(MessageOf<DataError>([&] { ParseMerged("map.json", list, SourceA()); }),
+              "map.json: merged: found " + found + ", expected a list of two runs or more");
+  }
+  json[1].erase("first_pose_ns");
+  json[1].erase("last_pose_ns");
+  const std::vector<MergedRun> read = ParseMerged("map.json", json, SourceA());
+  EXPECT_TRUE(read[0].poses_ns.has_value());
+  EXPECT_FALSE(read[1].poses_ns.has_value());
 }
 
 // A part of a run is missing, or of another type: named with the file, as everywhere.

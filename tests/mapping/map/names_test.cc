@@ -48,17 +48,6 @@ TEST_F(NamesTest, AreGivenByPlacesAndByIds) {
   EXPECT_EQ(GetTitle(map.building.storeys[0]), "Storey 0");
 }
 
-TEST_F(NamesTest, AreInTheMapsFiles) {
-  MapResult map = MakeMap();
-  ApplyNames(Read(kAllNames), &map);
-  WriteBuilding(temp_.Path(), map.building);
-  const Building read = ReadBuilding(temp_.Path());
-  EXPECT_EQ(read.name, map.building.name);
-  EXPECT_EQ(read.storeys[1].name, map.building.storeys[1].name);
-  EXPECT_EQ(read.rooms[0].name, map.building.rooms[0].name);
-  EXPECT_EQ(read.walls[0].openings[0].name, "D-01");
-}
-
 TEST_F(NamesTest, SurviveANewMapOfThePlace) {
   MapResult old = MakeMap();
   ApplyNames(Read(kAllNames), &old);
@@ -91,19 +80,16 @@ TEST_F(NamesTest, ThoseWithoutAPlaceAreCountedAndTheOthersStay) {
 
 TEST_F(NamesTest, PlacesAreInTheGridOfPosesAndInAReferenceSystem) {
   MapResult map = MakeMap();
+  const auto name = [&](const std::string& of_room) {
+    EXPECT_EQ(ApplyNames(Read(of_room), &map), 0);
+    return map.building.rooms[0].name;
+  };
   map.source.georeference = Georeference{.crs = "", .origin_m = {451200, 5411300, 312}};
-  EXPECT_EQ(ApplyNames(Read("rooms:\n  - {name: A, at: [451202, 5411301, 313]}\n"), &map), 0);
-  EXPECT_EQ(map.building.rooms[0].name, "A");
+  EXPECT_EQ(name("rooms:\n  - {name: A, at: [451202, 5411301, 313]}\n"), "A");
   map.source.georeference = Georeference{"EPSG:25832", {451000, 5411000, 300}, M_PI / 2, 0.9996};
-  EXPECT_EQ(ApplyNames(Read("crs: EPSG:25832\nrooms:\n  - {name: B, at: [450999, 5411002, 301]}\n"),
-                       &map),
-            0);
-  EXPECT_EQ(map.building.rooms[0].name, "B");
-  // Without a system they are in the map's world.
-  EXPECT_EQ(ApplyNames(Read("rooms:\n  - {name: C, at: [2, 1, 1]}\n"), &map), 0);
-  EXPECT_EQ(map.building.rooms[0].name, "C");
-  const Names other = Read("crs: EPSG:4978\nrooms:\n  - {name: D, at: [2, 1, 1]}\n");
-  EXPECT_THAT([&] { ApplyNames(other, &map); },
+  EXPECT_EQ(name("crs: EPSG:25832\nrooms:\n  - {name: B, at: [450999, 5411002, 301]}\n"), "B");
+  EXPECT_EQ(name("rooms:\n  - {name: C, at: [2, 1, 1]}\n"), "C") << "in the map's world";
+  EXPECT_THAT([&] { name("crs: EPSG:4978\nrooms:\n  - {name: D, at: [2, 1, 1]}\n"); },
               ThrowsMessage<ConfigError>(HasSubstr("found EPSG:4978, expected EPSG:25832")));
 }
 

@@ -39,41 +39,37 @@ void ExpectRays(const OccupancyMap& map) {
   EXPECT_NEAR(voxels[0].size_m, 0.1, 1e-9);
 }
 
-TEST(OccupancyMap, RaysMakeSpaceFreeAndTheirEndsOccupied) { ExpectRays(MakeMap()); }
-
-TEST(OccupancyMap, ComesBackFromItsFile) {
+TEST(OccupancyMap, RaysMakeSpaceFreeAndTheirEndsOccupiedAlsoBackFromItsFile) {
+  ExpectRays(MakeMap());
   MakeMap().Write(kPath);
   const OccupancyMap map = OccupancyMap::Read(kPath);
   EXPECT_NEAR(map.resolution_m(), 0.1, 1e-9);
   ExpectRays(map);
 }
 
-// OctoMap's own reader, which the header is written for.
-TEST(OccupancyMap, OctomapReadsTheFile) {
-  MakeMap().Write(kPath);
+// OctoMap's own reader, which the headers are written for.
+TEST(OccupancyMap, OctomapReadsTheFiles) {
+  OccupancyMap map = MakeMap();
+  map.Insert({{{0.05, 0.05, 0.05}, {{3.05, 0.05, 0.05}}}}, 5);
+  map.Write(kPath);
   octomap::OcTree tree(1);
   ASSERT_TRUE(tree.readBinary(kPath));
   EXPECT_NEAR(tree.getResolution(), 0.1, 1e-9);
   const octomap::OcTreeNode* node = tree.search(3.05, 0.05, 0.05);
   ASSERT_NE(node, nullptr);
   EXPECT_TRUE(tree.isNodeOccupied(node));
-}
-
-TEST(OccupancyMap, OctomapReadsTheProbabilities) {
-  OccupancyMap map = MakeMap();
-  map.Insert({{{0.05, 0.05, 0.05}, {{3.05, 0.05, 0.05}}}}, 5);
   const std::string path = kFolder.Path("a.ot");
   map.WriteProbabilities(path);
   const std::unique_ptr<octomap::AbstractOcTree> file(octomap::AbstractOcTree::read(path));
-  const auto* tree = dynamic_cast<octomap::OcTree*>(file.get());
-  ASSERT_NE(tree, nullptr);
-  EXPECT_NEAR(tree->getResolution(), 0.1, 1e-9);
-  const octomap::OcTreeNode* twice = tree->search(3.05, 0.05, 0.05);
-  const octomap::OcTreeNode* once = tree->search(0.05, 4.55, 0.05);  // free, seen by one bundle
+  const auto* probable = dynamic_cast<octomap::OcTree*>(file.get());
+  ASSERT_NE(probable, nullptr);
+  EXPECT_NEAR(probable->getResolution(), 0.1, 1e-9);
+  const octomap::OcTreeNode* twice = probable->search(3.05, 0.05, 0.05);
+  const octomap::OcTreeNode* once = probable->search(0.05, 4.55, 0.05);  // free, by one bundle
   ASSERT_NE(twice, nullptr);
   ASSERT_NE(once, nullptr);
-  EXPECT_GT(twice->getOccupancy(), tree->getProbHit());
-  EXPECT_NEAR(once->getOccupancy(), tree->getProbMiss(), 1e-6);
+  EXPECT_GT(twice->getOccupancy(), probable->getProbHit());
+  EXPECT_NEAR(once->getOccupancy(), probable->getProbMiss(), 1e-6);
 }
 
 TEST(OccupancyMap, ManyLooksBeatASingleOne) {
@@ -104,13 +100,16 @@ TEST(OccupancyMap, RaysThatLeaveTheOctreeAreCounted) {
   EXPECT_FALSE(map.IsOccupied({40, 0, 0}));
 }
 
-TEST(OccupancyMap, EndsWhenItsCallerSaysSo) {
-  const RayBundle first{{0.05, 0.05, 0.05}, {{1.05, 0.05, 0.05}}};
-  const RayBundle second{{0.05, 0.05, 0.05}, {{0.05, 1.05, 0.05}}};
-  OccupancyMap map(0.1);
-  map.Insert({first, second}, 5, Progress([](double done) { return done < 0.5; }));
-  EXPECT_TRUE(map.IsOccupied({1.05, 0.05, 0.05}));
-  EXPECT_FALSE(map.IsOccupied({0.05, 1.05, 0.05}));
+TEST(OccupancyMap, WhatTakesLongToFinishIsNotKeptWhenItsCallerEndsIt) {
+  RayBundle first{{0, 0, 0}, {}}, second{{0, 0, 0}, {{0, 1, 0}}};
+  for (int i = 0; i < 60; ++i) first.p_world.emplace_back(20, 0.3 * i, 1);  // over a million cells
+  const Progress ends([](double done) { return done < 0.5; });
+  OccupancyMap coarse(0.1), fine(0.001);
+  coarse.Insert({first, second}, 25, ends);
+  EXPECT_TRUE(coarse.IsOccupied({20, 0, 1}));
+  EXPECT_FALSE(coarse.IsOccupied({0, 1, 0}));
+  fine.Insert({first, second}, 20, ends);
+  EXPECT_TRUE(fine.FreeVoxels().empty());
 }
 
 std::string ReadError(const std::string& bytes) {
@@ -124,17 +123,6 @@ std::string WholeFile() {
 }
 
 // OctoMap's own reader calls itself for every pair of such bytes.
-TEST(OccupancyMap, WhatTakesLongToFinishIsNotKeptWhenItsCallerEndsIt) {
-  RayBundle first{{0, 0, 0}, {}}, second{{0, 0, 0}, {{0, 1, 0}}};
-  for (int i = 0; i < 80; ++i) first.p_world.emplace_back(20, 0.2 * i, 1);  // over a million cells
-  const Progress ends([](double done) { return done < 0.5; });
-  OccupancyMap coarse(0.1), fine(0.001);
-  coarse.Insert({first, second}, 20, ends);
-  EXPECT_FALSE(coarse.FreeVoxels().empty());
-  fine.Insert({first, second}, 20, ends);
-  EXPECT_TRUE(fine.FreeVoxels().empty());
-}
-
 TEST(OccupancyMap, ATreeWithoutEndIsRefused) {
   const std::string deep(250000, '\xff');
   EXPECT_THAT(ReadError(WholeFile() + deep), HasSubstr("found 250000 more bytes"));

@@ -45,56 +45,33 @@ LineSupport MeasureSupport(int piece, double from_x_px, double to_x_px) {
 
 TEST(LineRays, EndOnTheLineThatIsSeen) {
   MapResult map = MapOfOneLine();
-  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
-  const std::vector<ViewRays> rays = CollectLineRays(map);
-  ASSERT_THAT(rays, SizeIs(1));
-  EXPECT_EQ(rays[0].p_world_camera, Vector3d::Zero());
-  EXPECT_GE(rays[0].p_world.size(), 4u);
-  ASSERT_EQ(rays[0].p_world.size(), rays[0].sigma_m.size());
-  for (size_t i = 0; i < rays[0].p_world.size(); ++i) {
-    const Eigen::Vector3f& p = rays[0].p_world[i];
-    EXPECT_NEAR(p.y(), 0.5, 1e-6);
-    EXPECT_NEAR(p.z(), 2, 1e-6);
-    EXPECT_GE(p.x(), -1);
-    EXPECT_LE(p.x(), 0);
-    EXPECT_GE(rays[0].sigma_m[i], 0.01);
-  }
-}
-
-TEST(LineRays, PixelsBeyondThePieceTellNothing) {
-  MapResult map = MapOfOneLine();
-  map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
-  const std::vector<ViewRays> rays = CollectLineRays(map);
-  ASSERT_THAT(rays, SizeIs(1));
-  EXPECT_TRUE(rays[0].p_world.empty());
-}
-
-TEST(LineRays, AreOfEachImageAndOfThePieceThatItShows) {
-  MapResult map = MapOfOneLine();
-  LineSupport right = MeasureSupport(1, 400, 500);
+  LineSupport right = MeasureSupport(1, 400, 500), unknown = MeasureSupport(0, 120, 320),
+              elsewhere = unknown;
   right.camera = 1;
-  map.line_evidence.supports = {MeasureSupport(0, 120, 320), right};
+  unknown.line_id = 99;
+  elsewhere.stamp_ns = 8;  // no pose
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320), right, unknown, elsewhere};
   const std::vector<ViewRays> rays = CollectLineRays(map);
   ASSERT_THAT(rays, SizeIs(2));
+  EXPECT_EQ(rays[0].p_world_camera, Vector3d::Zero());
   EXPECT_EQ(rays[1].p_world_camera, Vector3d(0.1, 0, 0));
-  for (const Eigen::Vector3f& p : rays[1].p_world) EXPECT_GE(p.x(), 0.4f);
-}
-
-TEST(LineRays, MarksAreSeenToo) {
-  MapResult map = MapOfOneLine();
+  for (const auto& [of_image, count, from_x, to_x] :
+       {std::tuple(rays[0], 4u, -1.0, 0.0), std::tuple(rays[1], 3u, 0.4, 1.0)}) {
+    EXPECT_GE(of_image.p_world.size(), count);
+    ASSERT_EQ(of_image.p_world.size(), of_image.sigma_m.size());
+    for (size_t i = 0; i < of_image.p_world.size(); ++i) {
+      const Eigen::Vector3f& p = of_image.p_world[i];
+      EXPECT_NEAR(p.y(), 0.5, 1e-6);
+      EXPECT_NEAR(p.z(), 2, 1e-6);
+      EXPECT_GE(p.x(), from_x - 1e-6);
+      EXPECT_LE(p.x(), to_x + 1e-6);
+      EXPECT_GE(of_image.sigma_m[i], 0.01);
+    }
+  }
   std::swap(map.lines, map.marks);
-  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
-  EXPECT_THAT(CollectLineRays(map), SizeIs(1));
-}
-
-TEST(LineRays, WhatHasNoPoseOrNoLineTellsNothing) {
-  MapResult map = MapOfOneLine();
-  LineSupport unknown = MeasureSupport(0, 120, 320);
-  unknown.line_id = 99;
-  LineSupport elsewhere = MeasureSupport(0, 120, 320);
-  elsewhere.stamp_ns = 8;
-  map.line_evidence.supports = {unknown, elsewhere};
-  EXPECT_THAT(CollectLineRays(map), IsEmpty());
+  EXPECT_THAT(CollectLineRays(map), SizeIs(2)) << "marks are seen too";
+  map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
+  EXPECT_THAT(CollectLineRays(map).at(0).p_world, IsEmpty()) << "beyond the piece";
 }
 
 // From a walk through the middle of a room of 10 x 10 x 3 m to points on its walls.

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "mapping/surfaces/plane_filling.h"
+#include "mapping/surfaces/plane_views.h"
 #include "tests/mapping/surfaces/made_planes.h"
 
 namespace slcmap {
@@ -56,26 +57,19 @@ TEST(BoundedPlanes, AreNotMadeOfFurniture) {
   EXPECT_TRUE(BoundedPlanes(building, {}).empty());
 }
 
-// Upright from (1, 0, h) to (1, 2, h) on the floor.
-MapLine LineAt(double height_m) {
-  MapLine line;
-  line.start_world = {1, 0, height_m};
-  line.end_world = {1, 2, height_m};
-  line.kind = LineKind::kEdge;
-  return line;
-}
-
-TEST(PlaneBorders, PartWhatIsOnDifferentSides) {
-  const PlaneBorders borders(testing::FloorGrid(), {LineAt(0.02)}, 0.05);
+TEST(PlaneBorders, AreEdgesOfThePlaneThatPartWhatIsOnDifferentSides) {
+  MapLine edge, mark, off;
+  edge.start_world = {1, 0, 0.02};
+  edge.end_world = {1, 2, 0.02};
+  edge.kind = LineKind::kEdge;
+  mark = off = edge;
+  mark.kind = LineKind::kMark;
+  off.start_world.z() = off.end_world.z() = 0.1;
+  const PlaneBorders borders(testing::FloorGrid(), {edge}, 0.05);
   EXPECT_TRUE(borders.Part({8, 5}, {12, 7}));
   EXPECT_FALSE(borders.Part({8, 5}, {9.5, 7}));
   EXPECT_FALSE(borders.Part({8, 25}, {12, 25}));  // beyond its end
-}
-
-TEST(PlaneBorders, AreNeitherMarksNorFarOffThePlane) {
-  MapLine mark = LineAt(0);
-  mark.kind = LineKind::kMark;
-  EXPECT_FALSE(PlaneBorders(testing::FloorGrid(), {mark, LineAt(0.1)}, 0.05).Part({8, 5}, {12, 7}));
+  EXPECT_FALSE(PlaneBorders(testing::FloorGrid(), {mark, off}, 0.05).Part({8, 5}, {12, 7}));
 }
 
 constexpr double kWallSigma_m = 0.005;
@@ -161,7 +155,7 @@ struct StoreyScene {
 };
 
 TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
-  const StoreyScene scene;
+  StoreyScene scene;
   const std::vector<BoundedPlane> planes = StoreyPlanes(scene.building, scene.rays, {});
   ASSERT_EQ(planes.size(), 2u);
   for (const BoundedPlane& plane : planes) {
@@ -177,11 +171,7 @@ TEST(StoreyPlanes, LieWhereRaysWentBeyondTheRooms) {
   EXPECT_NEAR(planes[0].grid.At(0, 0).z(), 0, 1e-12);
   EXPECT_NEAR(planes[1].grid.At(0, 0).z(), 2.5, 1e-12);
   EXPECT_EQ(planes[1].grid.normal, Vector3d(-Vector3d::UnitZ()));
-}
-
-// A ceiling that nobody saw is nowhere; rays above and below a storey are not of it.
-TEST(StoreyPlanes, AreOfWhatWasSeenOfAStorey) {
-  StoreyScene scene;
+  // A ceiling that nobody saw is nowhere; rays above and below a storey are not of it.
   scene.building.storeys[0].ceiling_m.reset();
   EXPECT_EQ(StoreyPlanes(scene.building, scene.rays, {}).size(), 1u);
   scene.building.storeys[0].floor_m = 3;
@@ -200,6 +190,102 @@ TEST(FilledPoints, AreOccupied) {
   EXPECT_TRUE(map.dense.empty());
   EXPECT_TRUE(map.occupancy.IsOccupied(filled));
   EXPECT_FALSE(map.occupancy.IsOccupied(filled + Eigen::Vector3d(0, 0, 0.5)));
+}
+
+const double kBeside_m = PlaneOptions().beside_m;
+
+void AddPatch(double from_x, double to_x, double z, uint8_t grey, std::vector<DensePoint>* cloud) {
+  for (double x = from_x; x < to_x; x += 0.05) {
+    for (double y = 1; y < 2; y += 0.05) {
+      cloud->push_back({{x, y, z}, Eigen::Vector3d::UnitZ(), 0.01, grey});
+    }
+  }
+}
+
+TEST(MeasuredAround, TellsNothingBetweenTwoSurfacesOrOfWhatFacesTheOtherWayOrIsFarOff) {
+  std::vector<DensePoint> cloud, others;
+  AddPatch(1, 2, 0, 90, &cloud);
+  AddPatch(2.2, 3, 0.08, 90, &cloud);
+  const PlaneGrid grid = testing::FloorGrid();
+  const MeasuredAround around(grid, cloud, {}, kBeside_m);
+  EXPECT_FALSE(around.At(20.9, 15));
+  ASSERT_TRUE(around.At(18, 15) && around.At(26, 15));
+  EXPECT_NEAR(around.At(18, 15)->offset_m, 0, 1e-9);
+  EXPECT_NEAR(around.At(26, 15)->offset_m, 0.08, 1e-9);
+  AddPatch(1, 2, 0, 90, &others);
+  for (DensePoint& point : others) point.normal_world = -point.normal_world;
+  AddPatch(1, 2, 0.3, 90, &others);
+  EXPECT_FALSE(MeasuredAround(grid, others, {}, kBeside_m).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, kBeside_m).At(15, 15));
+}
+
+TEST(MeasuredAround, BlankPlaceIsOnThePlaneWhoseBorderIsSeen) {
+  const PlaneGrid grid = testing::FloorGrid();
+  const double middle_m = 0.5 * grid.columns * grid.cell_m, end_m = grid.rows * grid.cell_m;
+  MapLine border, inner;
+  border.start_world = grid.At(0, 0) + 0.002 * grid.normal;
+  border.end_world = border.start_world + grid.columns * grid.cell_m * grid.u;
+  inner.start_world = border.start_world + 0.4 * end_m * grid.v + 0.5 * grid.u;
+  inner.end_world = border.end_world + 0.4 * end_m * grid.v - 0.5 * grid.u;
+  const double column = middle_m / grid.cell_m, row = 0.5 * grid.rows;
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, kBeside_m).OnPlane(column, row));
+  const auto surface = MeasuredAround(grid, {}, {border, inner}, kBeside_m).OnPlane(column, row);
+  ASSERT_TRUE(surface);
+  EXPECT_EQ(surface->offset_m, 0);
+  EXPECT_NEAR(surface->nearest_m, 0.5 * end_m, 0.03);  // not the inner one, 0.1 of it away
+  EXPECT_FALSE(MeasuredAround(grid, {}, {inner}, kBeside_m).OnPlane(column, row));
+  MapLine beyond = border;
+  beyond.start_world -= grid.v;
+  beyond.end_world -= grid.v;
+  EXPECT_FALSE(MeasuredAround(grid, {}, {beyond}, kBeside_m).OnPlane(column, row));
+}
+
+TEST(MeasuredAround, BlankPlaceIsNotOnThePlaneBesideSomethingElseOrAPaneBehind) {
+  const PlaneGrid grid = testing::FloorGrid();
+  std::vector<DensePoint> wall, leaf, pane;
+  AddPatch(1, 2, 0, 90, &wall);
+  leaf = pane = wall;
+  AddPatch(2.2, 2.3, -0.06, 90, &leaf);
+  AddPatch(2.3, 2.6, -0.2, 90, &pane);
+  const double column = 2.25 / grid.cell_m, row = 15;
+  EXPECT_TRUE(MeasuredAround(grid, wall, {}, kBeside_m).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, leaf, {}, kBeside_m).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, pane, {}, kBeside_m).OnPlane(column, row));
+  // Nearer to the wall than to the pane.
+  EXPECT_TRUE(MeasuredAround(grid, pane, {}, kBeside_m).OnPlane(2.1 / grid.cell_m, row));
+}
+
+// The plane y = 2, 1 m square, seen from y = 0.
+PlaneGrid WallGrid() {
+  PlaneGrid grid;
+  grid.normal = -Eigen::Vector3d::UnitY();
+  grid.u = Eigen::Vector3d::UnitX();
+  grid.v = Eigen::Vector3d::UnitZ();
+  grid.offset_m = -2;
+  grid.cell_m = 0.1;
+  grid.columns = grid.rows = 10;
+  return grid;
+}
+
+int Passes(const Eigen::Vector3d& from, const Eigen::Vector3f& to, float sigma_m) {
+  const cv::Mat1i passes = CountPasses(WallGrid(), {{from, {to}, {sigma_m}}});
+  int sum = 0;
+  for (const int count : passes) sum += count;
+  return sum;
+}
+
+TEST(CountPasses, CountsRaysThatPassThePlaneForSure) {
+  const std::tuple<const char*, Eigen::Vector3d, Eigen::Vector3f, float, int> rays[] = {
+      {"ends behind", {0.5, 0, 0.5}, {0.5F, 4, 0.5F}, 0.01F, 1},
+      {"from the other side", {0.5, 4, 0.5}, {0.5F, 1, 0.5F}, 0.01F, 1},
+      {"ends at the plane", {0.5, 0, 0.5}, {0.5F, 2.05F, 0.5F}, 0.01F, 0},
+      {"ends before it", {0.5, 0, 0.5}, {0.5F, 1, 0.5F}, 0.01F, 0},
+      {"ends clearly behind", {0.5, 0, 0.5}, {0.5F, 2.5F, 0.5F}, 0.01F, 1},
+      {"may end at the plane", {0.5, 0, 0.5}, {0.5F, 2.5F, 0.5F}, 0.2F, 0},
+      {"goes beside", {3, 0, 0.5}, {3, 4, 0.5F}, 0.01F, 0}};
+  for (const auto& [what, from, to, sigma_m, count] : rays) {
+    EXPECT_EQ(Passes(from, to, sigma_m), count) << what;
+  }
 }
 
 }  // namespace

@@ -106,36 +106,24 @@ TEST(Junctions, OfSurfacesThatBendStayNearThem) {
   }
 }
 
+// Also not of a patch of both surfaces at one place, which is no edge.
 TEST(Junctions, AreNotAddedWhereTheyAreOffOrNothingIsBuilt) {
   MapResult map = MapOfCorner();
-  JunctionOptions off;
+  JunctionOptions off, wrong;
   off.add = false;
   AddJunctions(off, {}, &map);
+  AddJunctions({}, Progress([](double) { return false; }), &map);
+  EXPECT_TRUE(map.lines.empty());
+  map.dense.clear();
+  testing::AddWall({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
+  testing::AddFloor({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
+  AddJunctions({}, {}, &map);
   EXPECT_TRUE(map.lines.empty());
   map.building = {};
   AddJunctions({}, {}, &map);
   EXPECT_TRUE(map.lines.empty());
-}
-
-TEST(Junctions, AreNoneOnceProgressSaysSo) {
-  MapResult map = MapOfCorner();
-  AddJunctions({}, Progress([](double) { return false; }), &map);
-  EXPECT_TRUE(map.lines.empty());
-}
-
-// A patch of both surfaces at one place is no edge.
-TEST(Junctions, AreOfSomeLength) {
-  MapResult map;
-  map.building = testing::WallAndFloor();
-  testing::AddWall({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
-  testing::AddFloor({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
-  EXPECT_TRUE(FindJunctionEdges(map.building, map.dense, {}, {}).empty());
-}
-
-TEST(Junctions, OptionsAreChecked) {
-  JunctionOptions options;
-  options.reach_m = 0;
-  EXPECT_THROW(options.Check(), ConfigError);
+  wrong.reach_m = 0;
+  EXPECT_THROW(wrong.Check(), ConfigError);
 }
 
 std::optional<PlaneJunction> JunctionOf(const Building& building,
@@ -201,8 +189,9 @@ TEST(PlaneJunction, OfTwoWallsIsNoneOfADoorBesideIt) {
   EXPECT_GT(junction->places.size(), 30u);
 }
 
-TEST(PlaneJunction, IsNoneWhereOneIsFarFromTheOther) {
-  const Building building = testing::WallAndFloor();
+TEST(PlaneJunction, IsNoneWhereOneIsFarFromTheOtherOrParallel) {
+  Building building = testing::WallAndFloor();
+  EXPECT_FALSE(JunctionOf(building, {}));
   std::vector<DensePoint> far, behind;
   AddWall({0, 3}, {0.7, 2}, 0, &far);  // a wall that may end above the floor
   AddFloor({0, 3}, {0.1, 1}, 0, &far);
@@ -210,15 +199,8 @@ TEST(PlaneJunction, IsNoneWhereOneIsFarFromTheOther) {
   AddWall({0, 3}, {0.1, 1}, 0, &behind);
   AddFloor({0, 3}, {-1, -0.1}, 0, &behind);  // of another room
   EXPECT_FALSE(JunctionOf(building, behind));
-}
-
-TEST(PlaneJunction, IsNoneOfParallelPlanesAndWithoutPoints) {
-  Building building = testing::WallAndFloor();
-  EXPECT_FALSE(JunctionOf(building, {}));
   building.planes[1] = building.planes[0];
-  std::vector<DensePoint> cloud;
-  AddWall({0, 3}, {0.1, 1}, 0, &cloud);
-  EXPECT_FALSE(JunctionOf(building, cloud));
+  EXPECT_FALSE(JunctionOf(building, behind));
 }
 
 }  // namespace

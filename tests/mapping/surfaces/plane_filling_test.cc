@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
 
 #include "tests/testing/box_room_renderer.h"
 
@@ -84,15 +83,21 @@ double Share(const std::vector<DensePoint>& points, const Box& box) {
          ((box.to_x - box.from_x) * (box.high_z - box.low_z));
 }
 
-TEST(FillPlanes, FillsAHoleInAWall) {
-  const std::vector<DensePoint> points = Scene().Fill();
+TEST(FillPlanes, FillsAHoleInAWallOnceAndNothingWhenAsked) {
+  Scene scene;
+  const std::vector<DensePoint> points = scene.Fill();
   EXPECT_GT(Share(points, {-0.25, 0.25, 1.25, 1.75}), 0.95);
+  EXPECT_EQ(Share(points, {-0.9, -0.4, 1, 2}), 0) << "was measured";
+  EXPECT_EQ(Share(points, {0.4, 0.9, 1, 2}), 0);
   for (const DensePoint& point : points) {
     EXPECT_NEAR(point.p_world.y(), kWall_m, 1e-9);
     EXPECT_LT(point.normal_world.y(), -0.99);
     EXPECT_EQ(point.grey, 100);
     EXPECT_EQ(point.sigma_m, 0.005);
   }
+  scene.building.planes.push_back(scene.building.planes[0]);
+  EXPECT_EQ(scene.Fill().size(), points.size()) << "a plane that is there twice";
+  EXPECT_TRUE(scene.Fill(Progress([](double) { return false; })).empty());
 }
 
 TEST(FillPlanes, FollowsAWallThatBends) {
@@ -116,12 +121,6 @@ TEST(FillPlanes, FillsABlankWallFromItsEdges) {
   EXPECT_TRUE(scene.Fill().empty());
 }
 
-TEST(FillPlanes, LeavesOutWhatWasMeasured) {
-  const std::vector<DensePoint> points = Scene().Fill();
-  EXPECT_EQ(Share(points, {-0.9, -0.4, 1, 2}), 0);
-  EXPECT_EQ(Share(points, {0.4, 0.9, 1, 2}), 0);
-}
-
 TEST(FillPlanes, GoesNoFartherThanItsReach) {
   Scene scene;
   scene.building.planes[0].sigma_m = 0.1;  // the plane itself is not known
@@ -143,29 +142,20 @@ TEST(FillPlanes, LeavesOutADoorLeafBehindThePlane) {
   EXPECT_EQ(Share(scene.Fill(), kHole), 0);
 }
 
-TEST(FillPlanes, LeavesOutWhatALinePartsFromTheWall) {
-  Scene scene;
+TEST(FillPlanes, LeavesOutWhatALinePartsFromTheWallAndOpenings) {
+  Scene scene, with_window;
   for (const double x : {-0.28, 0.28}) {
-    MapLine line;
-    line.start_world = {x, kWall_m + 0.03, 0};
-    line.end_world = {x, kWall_m + 0.03, 3};
-    line.kind = LineKind::kEdge;
-    scene.lines.push_back(line);
+    scene.AddEdge({x, kWall_m + 0.03, 0}, {x, kWall_m + 0.03, 3});
   }
-  for (const double side : {-1, 1}) {
-    const double middle = 0.22 * side;  // to which the nearest of the wall is behind the line
-    EXPECT_EQ(Share(scene.Fill(), {middle - 0.04, middle + 0.04, 1.4, 1.6}), 0);
-    EXPECT_GT(Share(Scene().Fill(), {middle - 0.04, middle + 0.04, 1.4, 1.6}), 0.5);
+  for (const double middle :
+       {-0.22, 0.22}) {  // to which the nearest of the wall is behind the line
+    const Box box{middle - 0.04, middle + 0.04, 1.4, 1.6};
+    EXPECT_EQ(Share(scene.Fill(), box), 0);
+    EXPECT_GT(Share(with_window.Fill(), box), 0.5);
   }
-}
-
-TEST(FillPlanes, LeavesOutOpenings) {
-  Scene scene;
-  PlaneOpening window;
-  window.outline_world = {
+  with_window.building.planes[0].openings.emplace_back().outline_world = {
       {-0.3, kWall_m, 1.2}, {0.3, kWall_m, 1.2}, {0.3, kWall_m, 1.8}, {-0.3, kWall_m, 1.8}};
-  scene.building.planes[0].openings = {window};
-  EXPECT_EQ(Share(scene.Fill(), kHole), 0);
+  EXPECT_EQ(Share(with_window.Fill(), kHole), 0);
 }
 
 TEST(FillPlanes, LeavesOutWhatRaysPass) {
@@ -223,34 +213,6 @@ TEST(FillPlanes, AFloorThatIsSeenSlantinglyDoesNotHideItself) {
   for (View& view : scene.views) view.T_world_imu.translation.z() = 0.9;
   const std::vector<DensePoint> points = scene.Fill();
   EXPECT_GT(points.size(), 0.9 * 2 * 3 / (0.05 * 0.05));
-}
-
-TEST(FillPlanes, FillsOneOfTwoPlanesThatAreTheSame) {
-  Scene scene;
-  const size_t once = scene.Fill().size();
-  scene.building.planes.push_back(scene.building.planes[0]);
-  EXPECT_EQ(scene.Fill().size(), once);
-}
-
-TEST(FillPlanes, AreTheSameOnAnyNumberOfThreads) {
-  Scene scene;
-  for (int i = 1; i < 4; ++i) {
-    scene.building.planes.push_back(scene.building.planes[0]);
-    for (Vector3d& p : scene.building.planes.back().outline_world) p.x() += i;
-  }
-  const int threads = cv::getNumThreads();
-  cv::setNumThreads(1);
-  const std::vector<DensePoint> one = scene.Fill();
-  cv::setNumThreads(3);
-  const std::vector<DensePoint> three = scene.Fill();
-  cv::setNumThreads(threads);
-  ASSERT_FALSE(one.empty());
-  ASSERT_EQ(one.size(), three.size());
-  for (size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].p_world, three[i].p_world);
-}
-
-TEST(FillPlanes, EndWhenAsked) {
-  EXPECT_TRUE(Scene().Fill(Progress([](double) { return false; })).empty());
 }
 
 }  // namespace

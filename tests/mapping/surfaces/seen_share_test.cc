@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <opencv2/core/utility.hpp>
-
 #include "tests/mapping/surfaces/made_planes.h"
 #include "tests/testing/box_room_renderer.h"
 
@@ -106,7 +104,7 @@ TEST(SeenShare, IsWholeOfAMapThatHasAll) {
   for (const PlanWall& wall : map.building.walls) EXPECT_GT(wall.seen_share.value(), 0.98);
 }
 
-TEST(SeenShare, TellsAWallThatIsLackingByRoomAndWall) {
+TEST(SeenShare, TellsAWallThatIsLackingByRoomAndWallUnlessItWasFilled) {
   MapResult map = MakeMap(1);
   Measure(&map);
   EXPECT_LT(map.building.walls[1].seen_share.value(), 0.1);
@@ -114,20 +112,13 @@ TEST(SeenShare, TellsAWallThatIsLackingByRoomAndWall) {
   EXPECT_GT(map.seen_share.value(), 0.7);
   EXPECT_LT(map.seen_share.value(), 0.88);
   EXPECT_NEAR(map.building.rooms[0].seen_share.value(), *map.seen_share, 0.02);
-}
-
-TEST(SeenShare, CountsPointsThatWereFilled) {
-  MapResult map = MakeMap(1);
   for (const DensePoint& point : MakeMap().dense) {
     if (point.normal_world.dot(Inwards(1)) > 0.5) map.filled.push_back(point);
   }
   Measure(&map);
   EXPECT_GT(map.seen_share.value(), 0.98);
-}
-
-TEST(SeenShare, TellsAWallThatNoPlaneIsKnownOf) {
-  MapResult map = MakeMap(1);
-  map.building.planes.erase(map.building.planes.begin() + 1);
+  map.filled.clear();
+  map.building.planes.erase(map.building.planes.begin() + 1);  // no plane is known of it
   Measure(&map);
   EXPECT_LT(map.seen_share.value(), 0.93);
   EXPECT_GT(map.seen_share.value(), 0.7);
@@ -160,37 +151,21 @@ TEST(SeenShare, AsksNothingOfWindowsAndOfWhatRaysWentThrough) {
   EXPECT_GT(map.seen_share.value(), 0.95);
 }
 
-TEST(SeenShare, AsksNothingOfWhatIsMasked) {
+TEST(SeenShare, IsNoneOfWhatIsMaskedOrOnceProgressSaysSo) {
   MapResult map = MakeMap(1);
   ViewCameras cameras(LookAround(), SmallRig());
+  MeasureSeenShare({{cameras}, {}}, {}, Progress([](double) { return false; }), &map);
+  EXPECT_FALSE(map.seen_share);
   const Camera& left = cameras.cameras[0];
   cameras.left_mask = cv::Mat(left.height_px, left.width_px, CV_8UC1, cv::Scalar(0));
   MeasureSeenShare({{cameras}, {}}, {}, {}, &map);
   EXPECT_FALSE(map.seen_share);
 }
 
-TEST(SeenShare, IsTheSameWithAnyNumberOfThreads) {
-  const int threads = cv::getNumThreads();
-  std::vector<double> shares;
-  for (const int count : {1, 3}) {
-    cv::setNumThreads(count);
-    MapResult map = MakeMap(2);
-    Measure(&map);
-    shares.push_back(map.seen_share.value());
-  }
-  cv::setNumThreads(threads);
-  EXPECT_EQ(shares[0], shares[1]);
-}
-
-TEST(SeenShare, IsNoneOnceProgressSaysSo) {
-  MapResult map = MakeMap();
-  MeasureSeenShare({{ViewCameras(LookAround(), SmallRig())}, {}}, {},
-                   Progress([](double) { return false; }), &map);
-  EXPECT_FALSE(map.seen_share);
-}
-
 TEST(SeenShare, MakesAMapThatLacksMuchDoubtful) {
   MapResult map = MakeMap();
+  JudgeSeenShare(&map);
+  EXPECT_FALSE(map.verdict) << "it is not known";
   map.verdict.emplace();
   map.seen_share = map.building.rooms[0].seen_share = 0.61;
   JudgeSeenShare(&map);
@@ -203,12 +178,6 @@ TEST(SeenShare, MakesAMapThatLacksMuchDoubtful) {
   JudgeSeenShare(&map);
   EXPECT_EQ(map.verdict->level, VerdictLevel::kGood);
   EXPECT_TRUE(map.verdict->reasons.empty());
-}
-
-TEST(SeenShare, SaysNothingOfAMapOfWhichItIsNotKnown) {
-  MapResult map;
-  JudgeSeenShare(&map);
-  EXPECT_FALSE(map.verdict);
 }
 
 }  // namespace

@@ -70,38 +70,47 @@ TEST_F(SmallRecording, TellsImagesThatWereChanged) {
   EXPECT_NE(StatesOfImages(run_, ""), states);
 }
 
-// What nobody maps may jump.
-TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
-  Trajectory poses = Poses();
-  StampedPose before = poses.front();
-  for (int i = 1; i < 4; ++i) {
-    before.stamp_ns -= 10'000'000;
-    if (i == 2) before.T_world_imu.translation.y() += 5;
-    poses.insert(poses.begin(), before);
-  }
-  EXPECT_TRUE(RunAtPoses(folder_.Path(), {}, poses).complete);
-}
-
-// The last image is between the poses that it happens between.
-TEST_F(SmallRecording, WithPosesThatJumpAtTheLastImageIsPartial) {
-  Trajectory poses = Poses(-1'000'000);
-  StampedPose beyond = poses.back();
-  for (int i = 0; i < 2; ++i) {
-    beyond.stamp_ns += 50'000'000;
-    beyond.T_world_imu.translation.y() += i == 0 ? 5 : 0;
-    poses.push_back(beyond);
-  }
-  EXPECT_FALSE(RunAtPoses(folder_.Path(), {}, poses).complete);
-}
-
-TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
+TEST_F(SmallRecording, WithPosesThatJumpWhereImagesAreIsPartial) {
   EXPECT_TRUE(run_.complete);
-  Trajectory poses = Poses();
+  Trajectory poses = Poses(), before = poses, late = Poses(-1'000'000);
   for (size_t i = 4; i < poses.size(); ++i) poses[i].T_world_imu.translation.y() += 0.5;
   const OdometryRun jumping = RunAtPoses(folder_.Path(), {}, poses);
   EXPECT_FALSE(jumping.complete);
   EXPECT_THAT(jumping.partial_reason,
               HasSubstr("poses jump 1 times, besides their motion: first by 0.50 m"));
+  // What nobody maps may jump; the last image is between the poses that it happens between.
+  StampedPose earlier = before.front(), beyond = late.back();
+  for (int i = 1; i < 4; ++i) {
+    earlier.stamp_ns -= 10'000'000;
+    if (i == 2) earlier.T_world_imu.translation.y() += 5;
+    before.insert(before.begin(), earlier);
+  }
+  for (int i = 0; i < 2; ++i) {
+    beyond.stamp_ns += 50'000'000;
+    beyond.T_world_imu.translation.y() += i == 0 ? 5 : 0;
+    late.push_back(beyond);
+  }
+  EXPECT_TRUE(RunAtPoses(folder_.Path(), {}, before).complete);
+  EXPECT_FALSE(RunAtPoses(folder_.Path(), {}, late).complete);
+}
+
+TEST_F(SmallRecording, WithPosesOfAPartIsThatPartAndOfAnotherTimeNone) {
+  Trajectory part = Poses();
+  part.resize(4);
+  const OdometryRun run = RunAtPoses(folder_.Path(), {}, part);
+  EXPECT_EQ(run.states.size(), 4u);
+  EXPECT_EQ(run.warnings.at(kImageWithoutPose), 3);
+  EXPECT_THAT([&] { RunAtPoses(folder_.Path(), {}, Poses(3600'000'000'000)); },
+              ThrowsMessage<DataError>(HasSubstr("expected poses at the images")));
+}
+
+TEST_F(SmallRecording, IsFoundFromAFolderNamedByARelativePath) {
+  const auto here = std::filesystem::current_path();
+  const std::filesystem::path folder(folder_.Path("mav0"));
+  std::filesystem::current_path(folder);
+  const OdometryRun run = RunAtPoses("..", {}, Poses());
+  std::filesystem::current_path(here);
+  EXPECT_FALSE(ViewsOfRun(run, "").images->Read(1).left.empty());
 }
 
 TEST_F(SmallRecording, HasAFrameForEachImageAtItsRefinedPose) {
@@ -195,20 +204,17 @@ TEST_F(SmallRecording, HasViewsOfEachPairOfCameras) {
 }
 
 // Odometry knows the poses of its first keyframes only later than it tells its first state.
-TEST_F(SmallRecording, HasFramesOfKeyframesWithoutAState) {
+TEST_F(SmallRecording, HasFramesOfKeyframesWithoutAStateUpToTheLastKeyframe) {
   run_.states.erase(run_.states.begin(), run_.states.begin() + 2);
   const RecordedViews recorded = ViewsOfRun(run_, "");
   ASSERT_EQ(recorded.frames.size(), 6u);
   EXPECT_EQ(recorded.frames[0].stamp_ns, run_.keyframes[0].stamp_ns);
   EXPECT_EQ(recorded.frames[0].T_world_imu.translation, recorded.views[0].T_world_imu.translation);
   EXPECT_EQ(recorded.frames[1].stamp_ns, testing::ImageStamp(2));
-}
-
-TEST_F(SmallRecording, EndsWithItsFramesAtTheLastKeyframe) {
   run_.keyframes.pop_back();
-  const RecordedViews recorded = ViewsOfRun(run_, "");
-  ASSERT_EQ(recorded.frames.size(), 4u);
-  EXPECT_EQ(recorded.frames.back().stamp_ns, run_.keyframes.back().stamp_ns);
+  const Views frames = ViewsOfRun(run_, "").frames;
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames.back().stamp_ns, run_.keyframes.back().stamp_ns);
 }
 
 // Pixels of lines and points are those of images that were rectified with what the run has found.
@@ -223,16 +229,10 @@ TEST_F(SmallRecording, IsMappedWithTheCamerasOfItsImages) {
   EXPECT_NEAR(fx_px, 1.01 * run_.rectified_rig.cameras[0].fx_px, 0.1);
 }
 
-class RealPairs : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (folder_.empty()) GTEST_SKIP() << "no euroc_v1_01_pairs";
-  }
-  const std::string folder_ = testing::SharedData("euroc_v1_01_pairs");
-};
-
-TEST_F(RealPairs, AreViewsAtTheirPoses) {
-  const OdometryRun run = RunAtPoses(folder_, {}, ReadTrajectory(folder_ + "/poses.tum"));
+TEST(RealPairs, AreViewsAtTheirPoses) {
+  const std::string folder = testing::SharedData("euroc_v1_01_pairs");
+  if (folder.empty()) GTEST_SKIP() << "no euroc_v1_01_pairs";
+  const OdometryRun run = RunAtPoses(folder, {}, ReadTrajectory(folder + "/poses.tum"));
   EXPECT_EQ(run.states.size(), 100u);
   EXPECT_GT(run.keyframes.size(), 80u);
   const RecordedViews recorded = ViewsOfRun(run, "");
@@ -241,32 +241,6 @@ TEST_F(RealPairs, AreViewsAtTheirPoses) {
   EXPECT_EQ(pair.left.cols, recorded.images->rig().cameras[0].width_px);
   EXPECT_EQ(pair.right.size(), pair.left.size());
   EXPECT_THAT(recorded.lost->paths(), ::testing::IsEmpty());
-}
-
-TEST_F(RealPairs, AreFoundFromAFolderNamedByARelativePath) {
-  const auto here = std::filesystem::current_path();
-  const std::filesystem::path folder(folder_);
-  std::filesystem::current_path(folder.parent_path());
-  const OdometryRun run =
-      RunAtPoses(folder.filename().string(), {}, ReadTrajectory(folder_ + "/poses.tum"));
-  std::filesystem::current_path(here);
-  const RecordedViews recorded = ViewsOfRun(run, "");
-  EXPECT_FALSE(recorded.images->Read(3).left.empty());
-}
-
-TEST_F(RealPairs, WithPosesOfAnotherTimeAreRefused) {
-  Trajectory elsewhere = ReadTrajectory(folder_ + "/poses.tum");
-  for (StampedPose& pose : elsewhere) pose.stamp_ns += int64_t{1000000000} * 3600;
-  EXPECT_THAT([&] { RunAtPoses(folder_, {}, elsewhere); },
-              ThrowsMessage<DataError>(HasSubstr("expected poses at the images")));
-}
-
-TEST_F(RealPairs, WithPosesOfAPartAreThoseOfThePart) {
-  Trajectory part = ReadTrajectory(folder_ + "/poses.tum");
-  part.resize(part.size() / 2);
-  const OdometryRun run = RunAtPoses(folder_, {}, part);
-  EXPECT_EQ(run.states.size(), part.size());
-  EXPECT_EQ(run.warnings.at(kImageWithoutPose), 100 - static_cast<int64_t>(part.size()));
 }
 
 }  // namespace
