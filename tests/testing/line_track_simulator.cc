@@ -11,8 +11,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNear_m = 0.2;   // nothing nearer is seen
-constexpr double kAside_m = 0.8;  // of an object's edges from its first one
+constexpr double kNear_m = 0.2;  // nothing nearer is seen
 
 // Shortens the segment a + t (b - a), t from 0 to 1, to where value >= 0, given value at both ends.
 void Keep(double at_a, double at_b, double* from, double* to) {
@@ -123,25 +122,8 @@ class LineTrackSimulator {
     }
   }
 
-  // The next edge of an object that is not complete, or the first one of another.
-  SimulatedEdge PlaceEdge(const SimulatedTrackFrame& frame) {
-    if (edges_left_ <= 0) {
-      edges_left_ = options_.edges_per_object;
-      object_ = PlaceObject(frame);
-    }
-    --edges_left_;
-    SimulatedEdge edge = object_;
-    if (edges_left_ + 1 < options_.edges_per_object) {
-      const Vector3d aside(Uniform(-kAside_m, kAside_m), Uniform(-kAside_m, kAside_m),
-                           Uniform(-kAside_m, kAside_m));
-      edge.start_world += aside;
-      edge.end_world += aside;
-    }
-    return edge;
-  }
-
   // An edge whose middle is at a random pixel and depth of the left camera.
-  SimulatedEdge PlaceObject(const SimulatedTrackFrame& frame) {
+  SimulatedEdge PlaceEdge(const SimulatedTrackFrame& frame) {
     const Camera& left = rig_.cameras[0];
     const double x_px = Uniform(0, left.width_px - 1), y_px = Uniform(0, left.height_px - 1);
     const double depth_m = Uniform(options_.min_depth_m, options_.max_depth_m);
@@ -195,14 +177,9 @@ class LineTrackSimulator {
   }
 
   void AddPoints(SimulatedEdge* edge) {
-    const Vector3d along = edge->end_world - edge->start_world, direction = along.normalized();
+    const Vector3d along = edge->end_world - edge->start_world;
     for (int k = 0; k < options_.points_per_edge; ++k) {
-      Vector3d p_world = edge->start_world + Uniform(0, 1) * along;
-      if (options_.scatter_m > 0) {
-        const Vector3d off = options_.scatter_m * Normal3();
-        p_world += off - off.dot(direction) * direction;
-      }
-      edge->landmarks.push_back(AddLandmark(p_world));
+      edge->landmarks.push_back(AddLandmark(edge->start_world + Uniform(0, 1) * along));
     }
   }
 
@@ -263,8 +240,6 @@ class LineTrackSimulator {
   SimulatedTracks& tracks_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
-  SimulatedEdge object_;                           // the first edge of the one that is being placed
-  int edges_left_ = 0;                             // of it
   std::vector<int64_t> live_edges_, live_points_;  // in ascending order
   std::map<int64_t, Crossing> crossings_;          // by landmark
 };

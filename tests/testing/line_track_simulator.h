@@ -17,10 +17,7 @@ struct LineTrackSimulatorOptions {
   double slope_elevation_rad = 0.5;
   double deviation_rad = 0;    // standard deviation of an edge's direction from its axis, about
                                // either axis across it
-  int edges_per_object = 1;    // that share their axis and its deviation, as the sides of a door
-                               // frame do, and stand beside each other
   int points_per_edge = 0;     // landmarks on it, beside those there are
-  double scatter_m = 0;        // of such landmarks, beside their edge along either axis across it
   int crossings_per_edge = 0;  // tracks of where a nearer edge crosses it in the image: they lie
                                // on it in every image, but slide along it
   double sigma_px = 0;         // of each end across the line, and of each coordinate of a point

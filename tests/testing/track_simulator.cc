@@ -9,13 +9,15 @@
 namespace slcmap {
 namespace {
 
-// The box around every position of the motion, its walls wall_distance_m away.
-Eigen::AlignedBox3d BoxAround(const MotionSpline& motion, double wall_distance_m) {
+constexpr double kWallDistance_m = 3;  // of the box from the motion's outermost positions
+constexpr double kMaxDepth_m = 12;     // where the wall is further, the landmark floats before it
+
+Eigen::AlignedBox3d BoxAround(const MotionSpline& motion) {
   Eigen::AlignedBox3d box;
   for (double t_s = 0; t_s <= motion.Duration(); t_s += 0.05) {
     box.extend(motion.PoseAt(t_s).translation);
   }
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(wall_distance_m);
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kWallDistance_m);
   return {box.min() - margin, box.max() + margin};
 }
 
@@ -37,7 +39,7 @@ class TrackSimulator {
       : motion_(motion),
         rig_(rig),
         options_(options),
-        box_(BoxAround(motion, options.wall_distance_m)),
+        box_(BoxAround(motion)),
         generator_(options.seed) {}
 
   SimulatedTracks Run() {
@@ -53,8 +55,7 @@ class TrackSimulator {
  private:
   void AddFrame(double t_s) {
     SimulatedTrackFrame frame;
-    frame.stamp_ns =
-        options_.start_stamp_ns + ToNanoseconds(t_s) - ToNanoseconds(rig_.camera_time_offset_s);
+    frame.stamp_ns = ToNanoseconds(t_s) - ToNanoseconds(rig_.camera_time_offset_s);
     frame.T_world_imu = motion_.PoseAt(t_s);
     std::erase_if(live_, [&](int64_t id) { return !See(t_s, id, 0); });
     TakeUpNew(t_s);
@@ -104,10 +105,9 @@ class TrackSimulator {
   Eigen::Vector3d PlaceLandmark(const RigidTransform& T_world_camera,
                                 const Eigen::Vector3d& ray_camera) {
     const Eigen::Vector3d ray_world = T_world_camera.rotation * ray_camera;
-    std::uniform_real_distribution<double> floating_m(0.5 * options_.max_depth_m,
-                                                      options_.max_depth_m);
+    std::uniform_real_distribution<double> floating_m(0.5 * kMaxDepth_m, kMaxDepth_m);
     double distance_m = DistanceToWall(box_, T_world_camera.translation, ray_world);
-    if (distance_m > options_.max_depth_m) distance_m = floating_m(generator_);
+    if (distance_m > kMaxDepth_m) distance_m = floating_m(generator_);
     return T_world_camera.translation + distance_m * ray_world;
   }
 

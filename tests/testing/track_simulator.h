@@ -16,10 +16,7 @@ struct TrackSimulatorOptions {
   int max_tracks = 150;
   double sigma_px = 0;  // of each coordinate, left and right alike
   double image_rate_hz = 20;
-  double margin_px = 5;        // of the image's border, where nothing is seen
-  double wall_distance_m = 3;  // of the box's walls from the motion's outermost positions
-  double max_depth_m = 12;     // where the wall is further, the landmark floats before it
-  int64_t start_stamp_ns = 0;  // of the motion's time 0, on the IMU's clock
+  double margin_px = 5;  // of the image's border, where nothing is seen
   uint64_t seed = 1;
 };
 

@@ -8,7 +8,9 @@
 namespace slcmap {
 namespace {
 
-constexpr int kTimeRow = kRowTimeOffset, kFocalRow = kImuCalibrationSize + kRowFocalLength;
+constexpr int kTimeRow = kRowTimeOffset, kFocalRow = kCameras + kRowFocalLength;
+constexpr int kTurnRow = kCameras + kRowRightRotation, kAboutY = kTurnRow + 1;
+constexpr int kCentreRow = kCameras + kRowRightCentre;
 
 CalibrationOptions Options() {
   CalibrationOptions options;
@@ -16,16 +18,21 @@ CalibrationOptions Options() {
   return options;
 }
 
+// Lets rows be known to a standard deviation.
+void Doubt(int row, int size, double sigma, CalibrationBelief* belief) {
+  belief->covariance.diagonal().segment(row, size).setConstant(sigma * sigma);
+}
+
 // Of what was given alone, but for one number that is known to be at `mean`.
 CalibrationBelief Known(const CalibrationOptions& options, int row, double mean, double sigma) {
   CalibrationBelief belief{CalibrationVector::Zero(), CalibrationMatrix::Identity() * 1e-14};
-  belief.covariance.diagonal()
-      .segment<3>(kRowImuRotation)
-      .setConstant(std::pow(options.imu_rotation_sigma_rad, 2));
-  belief.covariance(kTimeRow, kTimeRow) = std::pow(options.time_offset_sigma_s, 2);
-  belief.covariance(kFocalRow, kFocalRow) = std::pow(options.focal_length_sigma, 2);
+  Doubt(kRowImuRotation, 3, options.imu_rotation_sigma_rad, &belief);
+  Doubt(kTimeRow, 1, options.time_offset_sigma_s, &belief);
+  Doubt(kFocalRow, 1, options.focal_length_sigma, &belief);
+  if (options.right_rotation) Doubt(kTurnRow, 3, options.right_rotation_sigma_rad, &belief);
+  if (options.right_centre) Doubt(kCentreRow, 2, options.right_centre_sigma_px, &belief);
   belief.mean[row] = mean;
-  belief.covariance(row, row) = sigma * sigma;
+  Doubt(row, 1, sigma, &belief);
   return belief;
 }
 
@@ -70,20 +77,15 @@ TEST(NominalPrior, WhatTurnsOutToBeAsGivenIsTied) {
 
 // What the check before the start found of the right camera is near, but not exact.
 TEST(NominalPrior, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
-  constexpr int kAboutY = kImuCalibrationSize + kRowRightRotation + 1;
   CalibrationOptions options = Options();
   options.right_rotation = true;
   for (const bool rows_fit : {true, false}) {
     options.rows_fit = rows_fit;
     CalibrationBelief known = AtFirst(options);
-    known.covariance.diagonal()
-        .segment<3>(kImuCalibrationSize + kRowRightRotation)
-        .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
     NominalPrior ties(options, known);
     EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
     known.mean[kAboutY] = 1e-5;
-    known.covariance(kAboutY, kAboutY) = 1e-10;
-    known.covariance(kTimeRow, kTimeRow) = 1e-10;
+    for (const int row : {kAboutY, kTimeRow}) Doubt(row, 1, 1e-5, &known);
     ties.Update(Tied(known, ties.weights()));
     EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
     EXPECT_GT(ties.weights()[kTimeRow], 0) << "other numbers are tied all the same";
@@ -93,31 +95,23 @@ TEST(NominalPrior, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
 // Either explains what the images show: of the two the turn is taken, and the principal point only
 // where the turn does not do.
 TEST(NominalPrior, OfTwoExplanationsTheTurnComesFirst) {
-  constexpr int kAboutY = kCameras + kRowRightRotation + 1, kCentre = kCameras + kRowRightCentre;
   CalibrationOptions options = Options();
   options.right_rotation = options.right_centre = true;
   const auto told = [&](double turn_rad, double centre_px, double centre_sigma_px) {
     CalibrationBelief known = AtFirst(options);
-    known.covariance.diagonal()
-        .segment<3>(kCameras + kRowRightRotation)
-        .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
-    known.covariance.diagonal().segment<2>(kCentre).setConstant(
-        std::pow(options.right_centre_sigma_px, 2));
     NominalPrior ties(options, known);
     EXPECT_GT(ties.weights()[kAboutY], 0);
-    EXPECT_GT(ties.weights()[kCentre], 0);
+    EXPECT_GT(ties.weights()[kCentreRow], 0);
     // Their sum is known well, in px of a focal length of 400.
     constexpr double kPerRad = 400, kSumSigma_px = 0.02;
     known.mean[kAboutY] = turn_rad;
-    known.mean[kCentre] = centre_px;
-    const double turn_sigma_px =
-        std::hypot(centre_sigma_px, kSumSigma_px);  // whatever the centre is not
-    known.covariance(kCentre, kCentre) = centre_sigma_px * centre_sigma_px;
-    known.covariance(kAboutY, kAboutY) = std::pow(turn_sigma_px / kPerRad, 2);
-    known.covariance(kAboutY, kCentre) = known.covariance(kCentre, kAboutY) =
+    known.mean[kCentreRow] = centre_px;
+    Doubt(kCentreRow, 1, centre_sigma_px, &known);  // and the turn is whatever the centre is not
+    Doubt(kAboutY, 1, std::hypot(centre_sigma_px, kSumSigma_px) / kPerRad, &known);
+    known.covariance(kAboutY, kCentreRow) = known.covariance(kCentreRow, kAboutY) =
         -centre_sigma_px * centre_sigma_px / kPerRad;
     ties.Update(Tied(known, ties.weights()));
-    return std::pair{ties.weights()[kAboutY] > 0, ties.weights()[kCentre] > 0};
+    return std::pair{ties.weights()[kAboutY] > 0, ties.weights()[kCentreRow] > 0};
   };
   EXPECT_EQ(told(0, 0, 0.8), std::pair(true, true));
   EXPECT_EQ(told(0.0008, 0.3, 0.8), std::pair(false, true));

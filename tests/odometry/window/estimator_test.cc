@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <functional>
 #include <utility>
 
@@ -35,19 +37,6 @@ TEST(Estimator, PerfectTracksGiveThePerfectPath) {
   EXPECT_LT(LargestPositionError(run), 3e-4);
   EXPECT_EQ(run.removed_points, 0u);
   EXPECT_EQ(run.states.back().segment, 0);
-}
-
-TEST(Estimator, TheErrorFallsWithTheNoise) {
-  double last_m = 1e9;
-  for (const double sigma_px : {0.5, 0.05, 0.005}) {
-    SimulatedRunOptions options = Perfect();
-    options.pixel_sigma_px = sigma_px;
-    options.odometry.window.point_sigma_px = sigma_px;
-    const double error_m = LargestPositionError(RunOnSimulatedTracks(options));
-    EXPECT_LT(error_m, 0.6 * last_m) << sigma_px;
-    last_m = error_m;
-  }
-  EXPECT_LT(last_m, 2e-3);
 }
 
 TEST(Estimator, StartsInMotionAndFindsLargeBiases) {
@@ -91,48 +80,14 @@ TEST(Estimator, TwoCamerasThatLookApartAreBothUsed) {
   EXPECT_LT(of_both_m, of_one_m);
 }
 
-TEST(Estimator, ClaimsTheCovarianceThatItsErrorsHave) {
-  constexpr int kRuns = 12;
-  double of_pose = 0, of_all = 0;
-  for (int i = 0; i < kRuns; ++i) {
-    const SimulatedRun run = RunOnSimulatedTracks(Noisy(100 + i, 10));
-    of_pose += run.final_pose_nees / kRuns;
-    of_all += run.final_nees / kRuns;
-  }
-  // Expected 6 and 15, with standard deviations of sqrt(2 n / 12) = 1.0 and 1.6.
-  EXPECT_GT(of_pose, 3);
-  EXPECT_LT(of_pose, 10);
-  EXPECT_GT(of_all, 10);
-  EXPECT_LT(of_all, 22);
-}
-
 // As before a bare wall: what the IMU loses meanwhile is less than what a new start would.
 TEST(Estimator, SurvivesSecondsWithoutPoints) {
-  for (const auto& [blind_s, most_m] : {std::pair(1.0, 0.5), std::pair(3.0, 2.0)}) {
-    SimulatedRunOptions options = Noisy(5);
-    options.blind_from_s = 8;
-    options.blind_to_s = 8 + blind_s;
-    const SimulatedRun run = RunOnSimulatedTracks(options);
-    EXPECT_EQ(run.states.back().segment, 0) << blind_s;
-    EXPECT_LT(LargestPositionError(run), most_m) << blind_s;
-  }
-}
-
-TEST(Estimator, LongBlindnessStartsANewSegmentWhereTheOldOneEnded) {
-  SimulatedRunOptions options = Noisy(6, 20);
-  options.blind_from_s = 6;
-  options.blind_to_s = 13;
+  SimulatedRunOptions options = Noisy(5);
+  options.blind_from_s = 8;
+  options.blind_to_s = 11;
   const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_EQ(run.states.back().segment, 1);
-  const auto second = std::find_if(run.states.begin(), run.states.end(),
-                                   [](const OnlineState& s) { return s.segment == 1; });
-  ASSERT_NE(second, run.states.end());
-  EXPECT_GT(ToSeconds(run.states.back().stamp_ns - second->stamp_ns), 3);
-  const auto in_first = std::count_if(run.run.keyframes.begin(), run.run.keyframes.end(),
-                                      [](const Keyframe& k) { return k.segment == 0; });
-  EXPECT_GT(in_first, 5);
-  EXPECT_GT(run.run.keyframes.size() - in_first, 5u);
-  EXPECT_EQ(run.run.warnings.at("segments ended by no points to follow"), 1);
+  EXPECT_EQ(run.states.back().segment, 0);
+  EXPECT_LT(LargestPositionError(run), 2);
 }
 
 TEST(Estimator, StartsANewSegmentAndSaysWhy) {
@@ -154,6 +109,12 @@ TEST(Estimator, StartsANewSegmentAndSaysWhy) {
          options->lift_from_s = 4.2;
          options->lift_to_s = 5.4;
        }},
+      {"no points to follow",
+       [](SimulatedRunOptions* options) {
+         options->duration_s = 18;
+         options->blind_from_s = 6;
+         options->blind_to_s = 13;
+       }},
       {"the optimisation diverged", [](SimulatedRunOptions* options) {
          options->seed = 12;
          options->nan_from_s = 7;  // an observation that is not finite
@@ -169,13 +130,10 @@ TEST(Estimator, StartsANewSegmentAndSaysWhy) {
     for (const OnlineState& state : run.states) {
       EXPECT_TRUE(state.gyro_bias_rad_s.allFinite() && state.T_world_imu.translation.allFinite());
     }
+    const auto in_first = std::ranges::count(run.run.keyframes, 0, &Keyframe::segment);
+    EXPECT_GT(in_first, 0);
+    EXPECT_GT(std::ssize(run.run.keyframes) - in_first, 5);
   }
-}
-
-TEST(Estimator, SevenSecondsAtRestAreNoLift) {
-  SimulatedRunOptions options = Noisy(8);
-  options.stand_still_s = 7;
-  EXPECT_EQ(RunOnSimulatedTracks(options).states.back().segment, 0);
 }
 
 TEST(Estimator, OutliersAreRejected) {
@@ -219,26 +177,26 @@ TEST(Estimator, WhereThereAreFewPointsKeyframesComeMoreOften) {
   };
   EXPECT_LT(keyframes_per_s(160, 0), 1.8);
   EXPECT_GT(keyframes_per_s(50, 0), 3);
-  EXPECT_GT(keyframes_per_s(50, 110), 3);
-  EXPECT_LT(keyframes_per_s(50, 110), 5);
+  const double beside_noise = keyframes_per_s(50, 110);
+  EXPECT_GT(beside_noise, 3);
+  EXPECT_LT(beside_noise, 5);
 }
 
-TEST(Estimator, StandingStillNeitherDriftsNorAddsKeyframes) {
+TEST(Estimator, ARestBeforeTheStartNeitherDriftsNorAddsKeyframes) {
   SimulatedRunOptions options = Noisy(10, 40);
   options.stand_still_s = 36;
   options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.3;
   const SimulatedRun run = RunOnSimulatedTracks(options);
-  double largest_m = 0;
-  for (size_t i = 0; i < run.states.size(); ++i) {
-    if (ToSeconds(run.states[i].stamp_ns) > 35) break;
-    largest_m = std::max(
-        largest_m,
-        (run.states[i].T_world_imu.translation - run.states[0].T_world_imu.translation).norm());
+  EXPECT_EQ(run.states.back().segment, 0) << "no lift";
+  const auto rests = [](int64_t stamp_ns) { return stamp_ns < ToNanoseconds(35); };
+  double drift_m = 0;
+  for (const OnlineState& state : run.states) {
+    if (!rests(state.stamp_ns)) break;
+    const Eigen::Vector3d& first = run.states[0].T_world_imu.translation;
+    drift_m = std::max(drift_m, (state.T_world_imu.translation - first).norm());
   }
-  EXPECT_LT(largest_m, 0.01);
-  const auto early = std::count_if(run.run.keyframes.begin(), run.run.keyframes.end(),
-                                   [](const Keyframe& k) { return ToSeconds(k.stamp_ns) < 35; });
-  EXPECT_LT(early, 10);
+  EXPECT_LT(drift_m, 0.01);
+  EXPECT_LT(std::ranges::count_if(run.run.keyframes, rests, &Keyframe::stamp_ns), 10);
   EXPECT_LT(LargestPositionError(run), 0.05);
 }
 
@@ -275,9 +233,8 @@ MotionSpline RideWithStop(double stop_s, double duration_s) {
 
 // The last keyframe before a stop may show the rig while it still crept along its view.
 TEST(Estimator, ComesToRestWhereItStops) {
-  constexpr double kDuration_s = 18;
   for (const double stop_s : {6.0, 6.2, 6.4}) {
-    const MotionSpline motion = RideWithStop(stop_s, kDuration_s);
+    const MotionSpline motion = RideWithStop(stop_s, stop_s + kStop_s + 1);
     SimulatedRunOptions options = Noisy(12);
     options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.1;
     const SimulatedRun run = RunOnSimulatedTracks(options, &motion);
@@ -297,29 +254,26 @@ TEST(Estimator, ComesToRestWhereItStops) {
   }
 }
 
-TEST(Estimator, FiveMinutesAtRestTakeNoMoreMemoryThanAFew) {
+TEST(Estimator, ARestOnTheWayNeitherAddsKeyframesNorTakesMemory) {
+  constexpr double kRest_s = 45;
   SimulatedRunOptions options = Noisy(13);
   options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.3;
   options.image_rate_hz = 10;
-  options.odometry.points.max_points = 40;
-  const MotionSpline motion = FlightWithRest(6, 300);
-  size_t most_samples = 0, most_frames = 0;
+  const MotionSpline motion = FlightWithRest(6, kRest_s);
+  size_t most_samples = 0;
   const SimulatedRun run = RunOnSimulatedTracks(options, &motion, [&](Estimator* estimator) {
     for (const auto& frame : estimator->window().state().frames) {
-      if (frame->from_previous) {
-        most_samples = std::max(most_samples, frame->from_previous->samples().size());
-      }
+      if (!frame->from_previous) continue;
+      most_samples = std::max(most_samples, frame->from_previous->samples().size());
     }
-    most_frames = std::max(most_frames, estimator->window().state().frames.size());
   });
   EXPECT_EQ(run.states.back().segment, 0);
   EXPECT_GT(most_samples, 10 * 200u);  // the rest did take place
   EXPECT_LT(most_samples, 25 * 200u);
   EXPECT_LT(LargestPositionError(run), 0.1);
-  const auto resting = std::count_if(
-      run.run.keyframes.begin(), run.run.keyframes.end(), [](const Keyframe& keyframe) {
-        return keyframe.stamp_ns > ToNanoseconds(10) && keyframe.stamp_ns < ToNanoseconds(300);
-      });
+  const auto resting = std::ranges::count_if(run.run.keyframes, [](const Keyframe& keyframe) {
+    return keyframe.stamp_ns > ToNanoseconds(8) && keyframe.stamp_ns < ToNanoseconds(kRest_s);
+  });
   EXPECT_LT(resting, 5);
 }
 

@@ -14,6 +14,38 @@ using Eigen::Vector3d;
 
 constexpr int64_t kLate_ns = 60'000'000;  // of the images' stamps, without a word of it
 
+using Frames = std::vector<std::unique_ptr<FrameState>>;
+
+// What a rig with one camera or two sees in a frame, later by so much, and feels since the last.
+void AddFrame(const Rig& rig, const SimulatedTrackFrame& seen, const ImuBuffer& imu, bool stereo,
+              int64_t late_ns, Frames* frames) {
+  auto frame = std::make_unique<FrameState>();
+  frame->id = std::ssize(*frames);
+  frame->stamp_ns = seen.stamp_ns + late_ns;
+  frame->cut = MakeCut(imu, frame->stamp_ns, 0);
+  for (const SimulatedTrack& track : seen.tracks) {
+    StereoMeasurement& measurement = frame->measurements[track.id];
+    measurement.left = PlaneFromPixel(rig.cameras[0], track.left_px);
+    if (!stereo || !track.right_px) continue;
+    measurement.right = PlaneFromPixel(rig.cameras[1], *track.right_px);
+  }
+  if (!frames->empty()) {
+    frame->from_previous =
+        std::make_unique<Preintegration>(rig.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+    for (const ImuSample& sample : imu.Between(frames->back()->stamp_ns, frame->stamp_ns)) {
+      frame->from_previous->Append(sample);
+    }
+  }
+  frames->push_back(std::move(frame));
+}
+
+SimulatedImu ExactImu(const MotionSpline& motion, double rate_hz) {
+  ImuSimulatorOptions options;
+  options.noise.rate_hz = rate_hz;
+  options.with_noise = false;
+  return SimulateImu(motion, options);
+}
+
 // A rig in motion whose initialisation never succeeds.
 class FailedInitialization : public ::testing::Test {
  protected:
@@ -21,33 +53,10 @@ class FailedInitialization : public ::testing::Test {
     options_.method = Method::kPoints;
     options_.initializer.max_reprojection_sigma = 1e-6;
     const MotionSpline motion = ExampleFlight(rig_, 4, 0);
-    ImuSimulatorOptions imu;
-    imu.noise = rig_.imu_noise;
-    imu.with_noise = false;
-    for (const ImuSample& sample : SimulateImu(motion, imu).samples) imu_.Add(sample);
+    for (const ImuSample& sample : ExactImu(motion, 200).samples) imu_.Add(sample);
     for (const SimulatedTrackFrame& frame : SimulateTracks(motion, rig_, {}).frames) {
-      frames_.push_back(MakeFrame(frame));
+      AddFrame(rig_, frame, imu_, true, kLate_ns, &frames_);
     }
-  }
-
-  std::unique_ptr<FrameState> MakeFrame(const SimulatedTrackFrame& seen) const {
-    auto frame = std::make_unique<FrameState>();
-    frame->id = static_cast<int64_t>(frames_.size());
-    frame->stamp_ns = seen.stamp_ns + kLate_ns;
-    frame->cut = MakeCut(imu_, frame->stamp_ns, 0);
-    for (const SimulatedTrack& track : seen.tracks) {
-      StereoMeasurement& measurement = frame->measurements[track.id];
-      measurement.left = PlaneFromPixel(rig_.cameras[0], track.left_px);
-      if (track.right_px) measurement.right = PlaneFromPixel(rig_.cameras[1], *track.right_px);
-    }
-    if (!frames_.empty()) {
-      frame->from_previous = std::make_unique<Preintegration>(
-          rig_.imu_noise, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
-      for (const ImuSample& s : imu_.Between(frames_.back()->stamp_ns, frame->stamp_ns)) {
-        frame->from_previous->Append(s);
-      }
-    }
-    return frame;
   }
 
   // Adds frames until an attempt was made, and returns how many there were.
@@ -61,7 +70,7 @@ class FailedInitialization : public ::testing::Test {
   const Rig rig_ = ExampleStereoRig();
   OdometryOptions options_;
   ImuBuffer imu_;
-  std::vector<std::unique_ptr<FrameState>> frames_;
+  Frames frames_;
 };
 
 // The time offset that it found on the way was never confirmed; and the samples of the next image
@@ -92,42 +101,14 @@ TEST_F(FailedInitialization, BelievesRowsAsBefore) {
 struct Second {
   explicit Second(bool stereo, const Vector3d& gyro_bias_rad_s = Vector3d::Zero(),
                   double accel_scale = 1) {
-    ImuSimulatorOptions imu;
-    imu.noise = rig.imu_noise;
-    imu.noise.rate_hz = 1000;
-    imu.with_noise = false;
-    SimulatedImu samples = SimulateImu(motion, imu);
-    for (ImuSample& sample : samples.samples) {
+    ImuBuffer imu;
+    for (ImuSample sample : ExactImu(motion, 1000).samples) {
       sample.angular_velocity_rad_s += gyro_bias_rad_s;
       sample.specific_force_m_s2 *= accel_scale;
+      imu.Add(sample);
     }
     const SimulatedTracks tracks = SimulateTracks(motion, rig, {});
-    for (size_t i = 60; i < 80; ++i) Add(tracks.frames[i], samples.samples, stereo);
-  }
-
-  void Add(const SimulatedTrackFrame& seen, const std::vector<ImuSample>& samples, bool stereo) {
-    auto frame = std::make_unique<FrameState>();
-    frame->stamp_ns = seen.stamp_ns;
-    for (const SimulatedTrack& track : seen.tracks) {
-      StereoMeasurement& m = frame->measurements[track.id];
-      m.left = OnPlane(track.left_px);
-      if (stereo && track.right_px) m.right = OnPlane(*track.right_px);
-    }
-    if (!frames.empty()) {
-      frame->from_previous =
-          std::make_unique<Preintegration>(rig.imu_noise, Vector3d::Zero(), Vector3d::Zero());
-      for (const ImuSample& s : samples) {
-        if (s.stamp_ns >= frames.back()->stamp_ns && s.stamp_ns <= frame->stamp_ns) {
-          frame->from_previous->Append(s);
-        }
-      }
-    }
-    frames.push_back(std::move(frame));
-  }
-
-  Eigen::Vector2d OnPlane(const Eigen::Vector2d& px) const {
-    const Camera& camera = rig.cameras[0];
-    return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
+    for (size_t i = 60; i < 80; ++i) AddFrame(rig, tracks.frames[i], imu, stereo, 0, &frames);
   }
 
   void ExpectTruth(const LinearAlignment& alignment) const {
@@ -141,7 +122,7 @@ struct Second {
   const Rig rig = ExampleStereoRig();
   const MotionSpline motion = ExampleFlight(rig, 6);
   const StereoGeometry geometry{rig.T_imu_camera, 600};
-  std::vector<std::unique_ptr<FrameState>> frames;
+  Frames frames;
 };
 
 TEST(AlignLinearly, FindsGravityAndVelocityFromPerfectTracks) {

@@ -69,13 +69,10 @@ TEST_F(LineMembersTest, APointOnTheLineBelongsToIt) {
   EXPECT_EQ(Judge(), Membership::kHolds);
 }
 
+// Its own observations tell, wherever its line has pulled it.
 TEST_F(LineMembersTest, APointBesideTheLineDoesNot) {
   Look(4, Fixed(At(0.12)));
   EXPECT_EQ(Judge(), Membership::kRefuted);
-}
-
-TEST_F(LineMembersTest, ThePointsOwnObservationsTellWhereverItsLineHasPulledIt) {
-  Look(4, Fixed(At(0.12)));
   SetPoint(At(0));
   EXPECT_EQ(Judge(), Membership::kRefuted);
   EXPECT_LT((PlaceByObservations(point_, model_)->p_world - At(0.12)).norm(), 0.005);
@@ -141,17 +138,6 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotte
   EXPECT_TRUE(members.empty());
 }
 
-TEST_F(LineMembersTest, AMergedLineHandsOnItsPointsAlsoThoseThatHaveLeft) {
-  line_.extent.Add(0, 2);
-  LineLandmark newer = line_;
-  newer.id = kLine + 1;
-  line_.points = {5};
-  newer.points = {5, 6};
-  window_.lines = {{line_.id, line_}, {newer.id, newer}};
-  EXPECT_EQ(MergeLines(model_, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
-  EXPECT_EQ(window_.lines.at(kLine).points, (std::vector<int64_t>{5, 6}));
-}
-
 // Memberships that hold in the images: three points on each of the lines.
 PointsOnLines InImages(const std::vector<int64_t>& line_ids) {
   PointsOnLines memberships{PointsOnLinesOptions()};
@@ -166,18 +152,18 @@ PointsOnLines InImages(const std::vector<int64_t>& line_ids) {
   return memberships;
 }
 
-TEST_F(LineMembersTest, AMergedLineDoesNotBringBackWhatWasRefuted) {
+TEST_F(LineMembersTest, AMergedLineHandsOnItsPointsButNotWhatWasRefuted) {
   line_.extent.Add(0, 2);
   LineLandmark newer = line_;
   newer.id = kLine + 1;
   line_.points = {6};
-  newer.points = {5, 6};
+  newer.points = {kPoint, 5, 6};
   window_.lines = {{line_.id, line_}, {newer.id, newer}};
   PointsOnLines memberships = InImages({kLine, newer.id});
   memberships.Release({5, kLine});
   ASSERT_EQ(MergeLines(model_, &window_).size(), 1u);
   MergeMembers(newer.id, kLine, &memberships, &window_);
-  EXPECT_EQ(window_.lines.at(kLine).points, std::vector<int64_t>{6});
+  EXPECT_EQ(window_.lines.at(kLine).points, (std::vector<int64_t>{6, kPoint}));
   EXPECT_EQ(memberships.CollectPoints(kLine), (std::vector<int64_t>{kPoint, 6}));
   EXPECT_TRUE(memberships.CollectPoints(newer.id).empty());
   EXPECT_TRUE(window_.lines.at(newer.id).points.empty());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "data/core/math.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
@@ -38,6 +39,14 @@ inline SimulatedRunOptions NoisyLines(Method method, uint64_t seed, double durat
   options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
   options.seed = seed;
   return options;
+}
+
+// A share of the lines follows a slope of 31 degrees.
+inline void AddStairs(double share, SimulatedRunOptions* options) {
+  SetPixelSigma(0.3, options);
+  options->lines->sloped_share = share;
+  options->lines->slope_azimuth_rad = kHeading_rad;
+  options->lines->slope_elevation_rad = 31 * kDegree;
 }
 
 // Root mean square errors over a run, once the first poses are laid together.

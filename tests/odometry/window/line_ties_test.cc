@@ -57,15 +57,6 @@ TEST_F(LineTiesTest, ALineIsOffItsAxisByAnAngleHoweverTightlyItIsTied) {
   }
 }
 
-TEST_F(LineTiesTest, ALineOfNoAxisBendsToo) {
-  line().axis = LineAxis::kNone;
-  line().heading = nullptr;
-  line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
-  const double moved_m = 0.15 * (kTieFrames - 1);
-  EXPECT_TRUE(FinishPieces(MakePieces(1.1 * moved_m), model_, &window_).empty());
-  EXPECT_EQ(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_).count(kLine), 1u);
-}
-
 // Walls bend: what is seen of the edge further on is another line.
 TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   line().extent.Add(-1, 1);
@@ -84,6 +75,10 @@ TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   RegisterLines(&later, &window_);
   EXPECT_TRUE(later.lines.empty());
   EXPECT_EQ(line().frames.size(), kTieFrames) << "what was seen of it stays";
+  line().retired = line().finished = false;
+  line().axis = LineAxis::kNone;
+  EXPECT_EQ(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_).count(kLine), 1u)
+      << "of no axis";
 }
 
 TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {
@@ -123,7 +118,7 @@ class LineViewsTest : public testing::LineScene {
   LineLandmark line_;
 };
 
-TEST_F(LineViewsTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnown) {
+TEST_F(LineViewsTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnownAndSlopesAreToo) {
   const auto axes = Axes();
   ASSERT_EQ(axes.size(), 1u);
   EXPECT_LT((axes[0] - Vector3d(0, -1, 0)).norm(), 1e-9);
@@ -131,14 +126,10 @@ TEST_F(LineViewsTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnown) {
   EXPECT_EQ(Axes().size(), 3u);
   window_.headings[0].withdrawn = true;
   EXPECT_EQ(Axes().size(), 1u);
-}
-
-TEST_F(LineViewsTest, SlopesAreAxesToo) {
   SlopeState& slope = window_.slopes.emplace_back();
   slope.angles_rad = {0, 0.5};  // up to the right
-  const auto axes = Axes();
-  ASSERT_EQ(axes.size(), 2u);
-  EXPECT_LT((axes[1] - Vector3d(std::cos(0.5), -std::sin(0.5), 0)).norm(), 1e-9);
+  ASSERT_EQ(Axes().size(), 2u);
+  EXPECT_LT((Axes()[1] - Vector3d(std::cos(0.5), -std::sin(0.5), 0)).norm(), 1e-9);
   slope.withdrawn = true;
   EXPECT_EQ(Axes().size(), 1u);
 }

@@ -107,11 +107,8 @@ TEST(Marginalize, OfAPriorAndTermsIsTheSchurComplementOfAllThatWasSaid) {
   EXPECT_LT((prior.jacobian.transpose() * residual - gradient).norm(), 1e-9);
 }
 
-TEST(MarginalizeRankDeficient, StatesTakeOnlyWhatSpeaksOfThem) {
+TEST(MarginalizeRankDeficient, StatesAndPointsTakeOnlyWhatSpeaksOfThem) {
   ExpectNothingLostOrInvented(BlockKind{3, 3}, true);
-}
-
-TEST(MarginalizeRankDeficient, PointsTakeOnlyWhatSpeaksOfThem) {
   ExpectNothingLostOrInvented(kPointKind, false);
 }
 

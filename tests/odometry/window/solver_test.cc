@@ -98,20 +98,16 @@ MatrixXd Arrow(int leading, int rest) {
 MatrixXd Lower(const MatrixXd& matrix) { return matrix.triangularView<Eigen::Lower>(); }
 
 TEST(FactorizeBlocks, IsTheCholeskyFactor) {
-  for (const int rest : {0, 1, 7}) {
-    const MatrixXd matrix = Arrow(5, rest);
+  const MatrixXd random = MatrixXd::Random(20, 9);
+  const std::pair<std::vector<int>, MatrixXd> systems[] = {
+      {{2, 2, 2, 2, 2}, Arrow(5, 0)},
+      {{2, 2, 2, 2, 2}, Arrow(5, 7)},
+      {{4, 2}, random.transpose() * random}};  // whose leading blocks know of each other
+  for (const auto& [blocks, matrix] : systems) {
     MatrixXd factor = matrix;
-    ASSERT_TRUE(FactorizeBlocks({2, 2, 2, 2, 2}, &factor));
+    ASSERT_TRUE(FactorizeBlocks(blocks, &factor));
     EXPECT_LT((Lower(factor) - MatrixXd(matrix.llt().matrixL())).norm(), 1e-12 * matrix.norm());
   }
-}
-
-TEST(FactorizeBlocks, LeadingBlocksMayKnowOfEachOther) {
-  const MatrixXd random = MatrixXd::Random(20, 9);
-  const MatrixXd matrix = random.transpose() * random;
-  MatrixXd factor = matrix;
-  ASSERT_TRUE(FactorizeBlocks({4, 2}, &factor));
-  EXPECT_LT((Lower(factor) - MatrixXd(matrix.llt().matrixL())).norm(), 1e-12 * matrix.norm());
 }
 
 TEST(FactorizeBlocks, RefusesWhatIsNotPositiveDefinite) {

@@ -29,6 +29,12 @@ class TriangulationTest : public ::testing::Test {
     landmark_.frames.push_back(frame);
   }
 
+  std::optional<double> Depth_m() const {
+    const auto inverse = TriangulateInverseDepth(landmark_, geometry_, {});
+    if (!inverse) return std::nullopt;
+    return 1 / *inverse;
+  }
+
   StereoGeometry geometry_{ExampleStereoRig().T_imu_camera, 600};
   RigidTransform pose_{Eigen::Quaterniond::Identity(), {0, 0, 0}};
   Eigen::Vector3d p_world_ = geometry_.T_imu_camera[0] * Eigen::Vector3d(0.5, -0.3, 4.0);
@@ -37,37 +43,25 @@ class TriangulationTest : public ::testing::Test {
   double depth_m_ = 0;
 };
 
-TEST_F(TriangulationTest, FindsTheDepthFromOneStereoPair) {
+TEST_F(TriangulationTest, FindsTheDepthFromOneStereoPairWhoseRaysMeetBeforeIt) {
   See(&a_, pose_, true);
-  const auto inverse = TriangulateInverseDepth(landmark_, geometry_, {});
-  ASSERT_TRUE(inverse.has_value());
-  EXPECT_NEAR(1 / *inverse, depth_m_, 1e-6);
+  ASSERT_TRUE(Depth_m());
+  EXPECT_NEAR(*Depth_m(), depth_m_, 1e-6);
+  const Vector2d left = a_.measurements[1].left, right = *a_.measurements[1].right;
+  a_.measurements[1].right = right + Vector2d(0, 0.1);
+  EXPECT_FALSE(Depth_m()) << "they pass each other";
+  a_.measurements[1].right = Vector2d(2 * left.x() - right.x(), right.y());
+  EXPECT_FALSE(Depth_m()) << "they meet behind it";
 }
 
-TEST_F(TriangulationTest, FindsTheDepthFromMotionAlone) {
+TEST_F(TriangulationTest, FindsTheDepthFromMotionAloneWhereItIsEnough) {
   See(&a_, pose_, false);
   See(&b_, {ExpRotation({0.02, 0.1, 0}), {0.3, 0.2, 0.1}}, false);
-  const auto inverse = TriangulateInverseDepth(landmark_, geometry_, {});
-  ASSERT_TRUE(inverse.has_value());
-  EXPECT_NEAR(1 / *inverse, depth_m_, 1e-6);
-}
-
-TEST_F(TriangulationTest, RefusesParallelRays) {
-  See(&a_, pose_, false);
+  ASSERT_TRUE(Depth_m());
+  EXPECT_NEAR(*Depth_m(), depth_m_, 1e-6);
+  landmark_.frames.pop_back();
   See(&b_, {ExpRotation({0.02, 0.1, 0}), {0.001, 0, 0}}, false);
-  EXPECT_FALSE(TriangulateInverseDepth(landmark_, geometry_, {}).has_value());
-}
-
-TEST_F(TriangulationTest, RefusesMeasurementsThatDoNotMeet) {
-  See(&a_, pose_, true);
-  a_.measurements[1].right->y() += 0.1;
-  EXPECT_FALSE(TriangulateInverseDepth(landmark_, geometry_, {}).has_value());
-}
-
-TEST_F(TriangulationTest, RefusesAPointBehindTheCamera) {
-  See(&a_, pose_, true);
-  a_.measurements[1].right->x() = 2 * a_.measurements[1].left.x() - a_.measurements[1].right->x();
-  EXPECT_FALSE(TriangulateInverseDepth(landmark_, geometry_, {}).has_value());
+  EXPECT_FALSE(Depth_m()) << "parallel rays";
 }
 
 constexpr double kFocal_px = 450, kSigma_px = 1, kHeading = 0.2;
@@ -113,65 +107,59 @@ class LineTriangulationTest : public ::testing::Test {
     for (int k = 0; k < count; ++k) observations.push_back(See(k, a, b, right, sigma_px));
     return observations;
   }
-  double DistanceOfPoint(const Vector3d& p, const PointAndDirection& line) const {
+  static double DistanceOfPoint(const Vector3d& p, const PointAndDirection& line) {
     return (p - line.point_world).cross(line.direction_world).norm();
   }
+
+  std::optional<StructuralLineFit> FitStructural(
+      const std::vector<PosedLineObservation>& observations, LineAxis axis = LineAxis::kVertical) {
+    return TriangulateStructuralLine(observations, {axis, anchor_}, kHeading, geometry_, {});
+  }
+  // Of a fit from the line through start_.
+  double Error_m(const std::optional<StructuralLineFit>& fit, LineAxis axis = LineAxis::kVertical) {
+    if (!fit) return 1e9;
+    const Vector3d crossing = CrossingPoint({axis, anchor_}, kHeading, fit->block.data());
+    return DistanceOfPoint(start_, {crossing, AxisDirection(axis, kHeading)});
+  }
+
+  // Of a vertical line, and of a general one.
+  const Vector3d start_ = InWorld({0.5, -0.3, 4}), end_ = start_ + Vector3d::UnitZ();
+  const Vector3d general_end_ = InWorld({-0.4, 0.6, 5});
 };
 
 TEST_F(LineTriangulationTest, FindsStructuralLinesExactly) {
   for (const LineAxis axis : {LineAxis::kX, LineAxis::kY, LineAxis::kVertical}) {
-    const StructuralLine line{axis, anchor_};
-    const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + 0.8 * AxisDirection(axis, kHeading);
-    const auto fit =
-        TriangulateStructuralLine(SeeAll(4, a, b, true, 0), line, kHeading, geometry_, {});
-    ASSERT_TRUE(fit.has_value());
-    const Vector3d crossing = CrossingPoint(line, kHeading, fit->block.data());
-    EXPECT_LT(DistanceOfPoint(a, {crossing, AxisDirection(axis, kHeading)}), 1e-6);
+    const Vector3d end = start_ + 0.8 * AxisDirection(axis, kHeading);
+    EXPECT_LT(Error_m(FitStructural(SeeAll(4, start_, end, true, 0), axis), axis), 1e-6);
+  }
+  EXPECT_LT(Error_m(FitStructural({See(0, start_, end_, true, 0)})), 1e-6) << "of one pair";
+}
+
+TEST_F(LineTriangulationTest, RefusesALineOfOneViewTooFarOrBehindTheCamera) {
+  const Vector3d far = InWorld({5, -3, 80}), far_end = far + Vector3d(0, 0, 10);
+  // Left and right exchanged, the rays part.
+  PosedLineObservation behind = See(0, start_, end_, true, 0);
+  std::swap(behind.measurement.left, *behind.measurement.right);
+  for (const PosedLineObservation& observation :
+       {See(0, start_, end_, false, 0), See(0, far, far_end, true, 0), behind}) {
+    EXPECT_FALSE(FitStructural({observation}));
+    EXPECT_FALSE(TriangulateGeneralLine({observation}, anchor_, geometry_, {}));
   }
 }
 
-TEST_F(LineTriangulationTest, FindsAVerticalLineFromOneStereoPair) {
-  const StructuralLine line{LineAxis::kVertical, anchor_};
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  const auto fit = TriangulateStructuralLine({See(0, a, b, true, 0)}, line, 0, geometry_, {});
-  ASSERT_TRUE(fit.has_value());
-  EXPECT_LT(DistanceOfPoint(a, {CrossingPoint(line, 0, fit->block.data()), Vector3d::UnitZ()}),
-            1e-6);
-}
-
-TEST_F(LineTriangulationTest, RefusesALineOfOneViewAndOneTooFar) {
-  const StructuralLine line{LineAxis::kVertical, anchor_};
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  EXPECT_FALSE(TriangulateStructuralLine({See(0, a, b, false, 0)}, line, 0, geometry_, {}));
-  EXPECT_FALSE(TriangulateGeneralLine({See(0, a, b, false, 0)}, anchor_, geometry_, {}));
-  const Vector3d far = InWorld({5, -3, 80}), far_end = far + Vector3d(0, 0, 10);
-  EXPECT_FALSE(TriangulateStructuralLine({See(0, far, far_end, true, 0)}, line, 0, geometry_, {}));
-  EXPECT_FALSE(TriangulateGeneralLine({See(0, far, far_end, true, 0)}, anchor_, geometry_, {}));
-}
-
-TEST_F(LineTriangulationTest, RefusesALineBehindTheCamera) {
-  // Left and right exchanged, the rays part.
-  const StructuralLine line{LineAxis::kVertical, anchor_};
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  PosedLineObservation observation = See(0, a, b, true, 0);
-  std::swap(observation.measurement.left, *observation.measurement.right);
-  EXPECT_FALSE(TriangulateStructuralLine({observation}, line, 0, geometry_, {}));
-  EXPECT_FALSE(TriangulateGeneralLine({observation}, anchor_, geometry_, {}));
-}
-
 TEST_F(LineTriangulationTest, FindsGeneralLinesExactly) {
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = InWorld({-0.4, 0.6, 5});
-  const auto fit = TriangulateGeneralLine(SeeAll(4, a, b, true, 0), anchor_, geometry_, {});
+  const auto observations = SeeAll(4, start_, general_end_, true, 0);
+  const auto fit = TriangulateGeneralLine(observations, anchor_, geometry_, {});
   ASSERT_TRUE(fit.has_value());
   const PointAndDirection line = GeneralLineFromBlock(anchor_, fit->block.data());
-  EXPECT_LT(DistanceOfPoint(a, line) + DistanceOfPoint(b, line), 1e-6);
+  EXPECT_LT(DistanceOfPoint(start_, line) + DistanceOfPoint(general_end_, line), 1e-6);
 }
 
 // The share of the true error's squared length that the covariance tells: one a dimension, on
 // average.
 TEST_F(LineTriangulationTest, TellsItsOwnErrors) {
   const StructuralLine line{LineAxis::kY, anchor_};
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + AxisDirection(LineAxis::kY, kHeading);
+  const Vector3d a = start_, b = a + AxisDirection(LineAxis::kY, kHeading);
   const StructuralLineBlock truth = StructuralLineThrough(line, kHeading, a);
   const GeneralLineBlock general_truth = GeneralLineThrough(anchor_, a, b - a);
   const Vector3d direction = (b - a).normalized();
@@ -203,19 +191,14 @@ TEST_F(LineTriangulationTest, TellsItsOwnErrors) {
 }
 
 TEST_F(LineTriangulationTest, OneWrongObservationDoesLittleHarm) {
-  const StructuralLine line{LineAxis::kVertical, anchor_};
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  auto observations = SeeAll(7, a, b, true, 0.3);
+  auto observations = SeeAll(7, start_, end_, true, 0.3);
   const Vector3d aside = InWorld({0.62, -0.3, 4});
-  observations[5] = See(5, aside, aside + Vector3d(0, 0, 1), true, 0.3);
-  const auto fit = TriangulateStructuralLine(observations, line, 0, geometry_, {});
-  ASSERT_TRUE(fit.has_value());
-  EXPECT_LT(DistanceOfPoint(a, {CrossingPoint(line, 0, fit->block.data()), Vector3d::UnitZ()}),
-            0.03);
+  observations[5] = See(5, aside, aside + Vector3d::UnitZ(), true, 0.3);
+  EXPECT_LT(Error_m(FitStructural(observations)), 0.03);
 }
 
 TEST_F(LineTriangulationTest, TellsHowFarALineWasSeen) {
-  const Vector3d a = InWorld({0.5, -0.3, 4}), b = InWorld({-0.4, 0.6, 5});
+  const Vector3d a = start_, b = general_end_;
   const PointAndDirection line{a, (b - a).normalized()};
   const RigidTransform T_world_camera = first_ * geometry_.T_imu_camera[0];
   const LineSegment segment = See(0, a, b, false, 0).measurement.left;

@@ -1,10 +1,11 @@
-// Whether landmarks are as far from where they are as their covariances claim, counted from the
-// keyframes that these refer to.
+// Whether states, slopes and landmarks are as far from the truth as their covariances claim.
+// Landmarks are counted from the keyframes that their covariances refer to.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <map>
 
+#include "data/core/math.h"
 #include "odometry/window/estimator.h"
 #include "tests/odometry/window/line_runs.h"
 
@@ -26,15 +27,6 @@ struct Nees {
   }
   double Mean() const { return sum / count; }
 };
-
-SimulatedRunOptions NoisyLandmarks(Method method, uint64_t seed) {
-  SimulatedRunOptions options = NoisyLines(method, seed);
-  options.gyro_bias_rad_s.setZero();
-  options.accel_bias_m_s2.setZero();
-  options.lines = LineTrackSimulatorOptions{.heading_rad = kHeading_rad};
-  if (method == Method::kPointsLines) options.lines->general_share = 0.3;
-  return options;
-}
 
 // What the simulation of one run says of its landmarks' claims.
 class Judge {
@@ -90,35 +82,64 @@ class Judge {
   std::map<int64_t, int64_t> host_;
 };
 
-class LandmarkCovarianceTest : public ::testing::TestWithParam<Method> {};
+struct Claims {
+  const char* name;
+  Method method;
+  double deviation_rad, sloped_share;
+};
 
-TEST_P(LandmarkCovarianceTest, IsWhatTheErrorsAre) {
-  Nees points, lines;
-  for (const uint64_t seed : {21, 22, 23, 24, 25, 26, 27, 28}) {
+SimulatedRunOptions NoisyBuilding(const Claims& claims, uint64_t seed) {
+  SimulatedRunOptions options = NoisyLines(claims.method, seed);
+  options.lines->deviation_rad = claims.deviation_rad;
+  if (claims.method == Method::kPointsLines) options.lines->general_share = 0.3;
+  if (claims.sloped_share > 0) AddStairs(claims.sloped_share, &options);
+  if (claims.deviation_rad > 0) options.lines->max_lines = 40;
+  return options;
+}
+
+class CovarianceTest : public ::testing::TestWithParam<Claims> {};
+
+TEST_P(CovarianceTest, IsWhatTheErrorsAre) {
+  Nees pose, all, slope, points, lines;
+  for (const uint64_t seed : {21, 22, 23, 24, 25, 26}) {
     Judge judge;
     const SimulatedRun run = RunOnSimulatedTracks(
-        NoisyLandmarks(GetParam(), seed), nullptr,
+        NoisyBuilding(GetParam(), seed), nullptr,
         [&](Estimator* estimator) { judge.Look(estimator->window().state()); });
+    pose.Add(run.final_pose_nees, 6);
+    all.Add(run.final_nees, 15);
+    if (GetParam().sloped_share > 0) {
+      EXPECT_GT(run.final_slope_nees, 0) << "it is known";
+      slope.Add(run.final_slope_nees, 2);
+    }
     judge.JudgePoints(run, &points);
     judge.JudgeLines(run, &lines);
   }
+  // The means of six are known to 0.24 and 0.15.
+  EXPECT_GT(pose.Mean(), 0.5);
+  EXPECT_LT(pose.Mean(), 1.67);
+  EXPECT_GT(all.Mean(), 0.6);
+  EXPECT_LT(all.Mean(), 1.47);
   ASSERT_GT(points.count, 500);
   EXPECT_GT(points.Mean(), 0.75);
   EXPECT_LT(points.Mean(), 1.3);
-  if (!UsesLines(GetParam())) return;
+  if (GetParam().sloped_share > 0) {
+    EXPECT_LT(slope.Mean(), 2.75);
+  }
+  if (!UsesLines(GetParam().method)) return;
   ASSERT_GT(lines.count, 100);
   EXPECT_GT(lines.Mean(), 0.6);
   EXPECT_LT(lines.Mean(), 1.5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, LandmarkCovarianceTest,
-                         ::testing::Values(Method::kPoints, Method::kPointsLines,
-                                           Method::kStructural, Method::kSlc),
-                         [](const auto& tested) {
-                           std::string name = MethodName(tested.param);
-                           std::erase(name, '-');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, CovarianceTest,
+                         ::testing::Values(Claims{"points", Method::kPoints, 0, 0},
+                                           Claims{"pointslines", Method::kPointsLines, 0, 0},
+                                           Claims{"structural", Method::kStructural, 0, 0},
+                                           Claims{"slc_off", Method::kSlc, 0.3 * kDegree, 0},
+                                           Claims{"slc_crooked", Method::kSlc, 1 * kDegree, 0},
+                                           Claims{"slc_sloped", Method::kSlc, 0.1 * kDegree, 0.3}),
+                         [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
 }  // namespace slcmap
