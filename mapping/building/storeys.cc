@@ -248,24 +248,35 @@ void FindCeiling(const Surfaces& ceilings, size_t floor_columns, Level* level) {
   }
 }
 
-// Lengths of level edges, by height.
-std::map<double, double> LevelEdges(const std::vector<MapLine>& lines) {
-  constexpr double kSlope = 0.05;
+double PlanDistance(const Level& level, const Vector3d& p_world) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vector3d& place : level.places) {
+    nearest = std::min(nearest, (place - p_world).head<2>().squaredNorm());
+  }
+  return nearest;
+}
+
+// Lengths of level edges that are seen well around a level's places, by height.
+std::map<double, double> LevelEdges(const std::vector<MapLine>& lines, const Level& level) {
+  constexpr double kSlope = 0.05, kReach_m = 8, kMaxSigma_m = 0.05;
   std::map<double, double> lengths_m;
   for (const MapLine& line : lines) {
-    const Vector3d way = line.end_world - line.start_world;
+    const Vector3d way = line.end_world - line.start_world, middle = line.start_world + 0.5 * way;
     if (line.kind != LineKind::kEdge || std::abs(way.z()) > kSlope * way.norm()) continue;
-    lengths_m[line.start_world.z() + 0.5 * way.z()] += way.norm();
+    if (line.sigma_m > kMaxSigma_m || PlanDistance(level, middle) > kReach_m * kReach_m) continue;
+    lengths_m[middle.z()] += way.norm();
   }
   return lengths_m;
 }
 
 // A blank ceiling shows no surface, but the edges where walls and lamps meet it: the highest place
-// between two heights with some of them, where enough hang beneath it and hardly anything upright
-// stands above it.
-std::optional<double> FindCeilingOfEdges(const BuildingInput& input, double low_m, double high_m) {
+// between two heights with some of them, where enough hang beneath it, what stands upright is seen
+// up to nearly there, and hardly anything stands above it.
+std::optional<double> FindCeilingOfEdges(const BuildingInput& input, const Level& level,
+                                         double low_m, double high_m) {
   constexpr double kLeastEdges_m = 4, kMostAbove = 0.005;
-  const std::map<double, double> edges = LevelEdges(input.lines);
+  if (low_m >= high_m) return std::nullopt;
+  const std::map<double, double> edges = LevelEdges(input.lines, level);
   for (auto top = edges.lower_bound(high_m); top != edges.lower_bound(low_m); --top) {
     const double top_m = std::prev(top)->first;
     double here_m = 0, moment_m2 = 0, hung_m = 0;
@@ -277,7 +288,8 @@ std::optional<double> FindCeilingOfEdges(const BuildingInput& input, double low_
     }
     if (hung_m < kLeastEdges_m || here_m * kHungOver < kLeastEdges_m) continue;
     const double ceiling_m = moment_m2 / here_m;
-    const double seen_m = UprightQuantile(input.points, low_m, high_m, 1 - kMostAbove, ceiling_m);
+    const double seen_m = UprightQuantile(input.points, low_m, high_m, 1 - kMostAbove, low_m);
+    if (seen_m < ceiling_m - kHung_m) continue;
     return seen_m <= ceiling_m + kSamePeak_m ? std::optional(ceiling_m) : std::nullopt;
   }
   return std::nullopt;
@@ -294,19 +306,11 @@ void FindTops(const BuildingInput& input, std::vector<Level>* levels) {
     }
     const double least_m = level.floor_m + kLeastStorey_m;
     if (!level.ceiling_m) {
-      level.ceiling_m = FindCeilingOfEdges(input, least_m, limit_m - kSamePeak_m);
+      level.ceiling_m = FindCeilingOfEdges(input, level, least_m, limit_m - 2 * kSamePeak_m);
     }
     level.top_m = level.ceiling_m.value_or(std::max(
         least_m, UprightQuantile(input.points, level.floor_m, limit_m, kTopShare, least_m)));
   }
-}
-
-double PlanDistance(const Level& level, const Vector3d& p_world) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Vector3d& place : level.places) {
-    nearest = std::min(nearest, (place - p_world).head<2>().squaredNorm());
-  }
-  return nearest;
 }
 
 }  // namespace

@@ -27,15 +27,16 @@ inline PlanColumn FindColumn(const Eigen::Vector2d& p) {
 // The part of a building over one floor. Metres, in world.
 struct Level {
   double floor_m = 0;
-  std::optional<double> ceiling_m;      // nothing where none was seen
+  std::optional<double> ceiling_m;      // nothing where neither it nor its edges were seen
   double top_m = 0;                     // the ceiling, else as high as anything upright was seen
   std::vector<Eigen::Vector3d> places;  // of the trajectory, thinned
 };
 
 // From the lowest floor. A storey is a height at which the trajectory has level ground beneath it
 // (histogram at 2 cm, in which each place of the plan counts once), and which it follows: what is
-// only flown over, as a table, is none. Its ceiling is what is above most of it. There is at least
-// one where there is a trajectory; a floor that was not seen is taken to be where walls end.
+// only flown over, as a table, is none. Its ceiling is what is above most of it, or where edges
+// end. There is at least one where there is a trajectory; a floor that was not seen is taken to be
+// where walls end.
 std::vector<Level> FindLevels(const BuildingInput& input);
 
 // The storey that a point belongs to, -1: none. Where heights overlap, as those of a split level

@@ -292,7 +292,7 @@ class BlankCeiling : public ::testing::Test {
     for (double x = 0; x < 4; x += 0.1) {
       input_.trajectory_world.emplace_back(x, 2, 1.5);
       for (double y = 0; y < 4; y += 0.1) input_.points.push_back({{x, y, 0}, {0, 0, 1}, 0.01});
-      for (double z = 0; z < 2; z += 0.1) input_.points.push_back({{x, 0, z}, {0, 1, 0}, 0.01});
+      for (double z = 0; z < 2.5; z += 0.1) input_.points.push_back({{x, 0, z}, {0, 1, 0}, 0.01});
     }
   }
 
@@ -314,6 +314,12 @@ TEST_F(BlankCeiling, IsWhereTheHighestEdgesAre) {
   AddEdge(2.7, 3);
   AddEdge(2.71, 2);
   AddEdge(3.1, 0.5);  // too short to tell
+  AddEdge(3.6, 5);    // far above all that stands
+  for (const double x_m : {20, 30}) {
+    input_.lines.push_back(input_.lines[0]);  // of another hall
+    input_.lines.back().start_world = {x_m, 0, 3};
+    input_.lines.back().end_world = {x_m + 5, 0, 3};
+  }
   EXPECT_NEAR(Ceiling().value(), 2.704, 1e-9);
 }
 
@@ -321,6 +327,16 @@ TEST_F(BlankCeiling, IsAboveTheLampsThatHangFromIt) {
   AddEdge(2.62, 4);
   AddEdge(2.7, 1.2);
   EXPECT_NEAR(Ceiling().value(), 2.7, 1e-9);
+}
+
+TEST_F(BlankCeiling, IsNotBetweenFloorsThatAreAStepApart) {
+  for (double x = 5; x < 9; x += 0.1) {
+    input_.trajectory_world.emplace_back(x, 2, 3.42);
+    for (double y = 0; y < 4; y += 0.1) input_.points.push_back({{x, y, 1.92}, {0, 0, 1}, 0.01});
+  }
+  AddEdge(1.88, 4);
+  ASSERT_EQ(FindLevels(input_).size(), 2u);
+  EXPECT_FALSE(Ceiling().has_value());
 }
 
 TEST_F(BlankCeiling, IsNotToldByFewEdgesNorBeneathWhatStandsHigher) {
