@@ -248,7 +248,7 @@ void FindCeiling(const Surfaces& ceilings, size_t floor_columns, Level* level) {
   }
 }
 
-double PlanDistance(const Level& level, const Vector3d& p_world) {
+double SquaredPlanDistance(const Level& level, const Vector3d& p_world) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vector3d& place : level.places) {
     nearest = std::min(nearest, (place - p_world).head<2>().squaredNorm());
@@ -258,12 +258,12 @@ double PlanDistance(const Level& level, const Vector3d& p_world) {
 
 // Lengths of level edges that are seen well around a level's places, by height.
 std::map<double, double> LevelEdges(const std::vector<MapLine>& lines, const Level& level) {
-  constexpr double kSlope = 0.05, kReach_m = 8, kMaxSigma_m = 0.05;
+  constexpr double kSlope = 0.05, kReach_m2 = 8 * 8, kMaxSigma_m = 0.05;
   std::map<double, double> lengths_m;
   for (const MapLine& line : lines) {
     const Vector3d way = line.end_world - line.start_world, middle = line.start_world + 0.5 * way;
     if (line.kind != LineKind::kEdge || std::abs(way.z()) > kSlope * way.norm()) continue;
-    if (line.sigma_m > kMaxSigma_m || PlanDistance(level, middle) > kReach_m * kReach_m) continue;
+    if (line.sigma_m > kMaxSigma_m || SquaredPlanDistance(level, middle) > kReach_m2) continue;
     lengths_m[middle.z()] += way.norm();
   }
   return lengths_m;
@@ -277,6 +277,7 @@ std::optional<double> FindCeilingOfEdges(const BuildingInput& input, const Level
   constexpr double kLeastEdges_m = 4, kMostAbove = 0.005;
   if (low_m >= high_m) return std::nullopt;
   const std::map<double, double> edges = LevelEdges(input.lines, level);
+  const double seen_m = UprightQuantile(input.points, low_m, high_m, 1 - kMostAbove, low_m);
   for (auto top = edges.lower_bound(high_m); top != edges.lower_bound(low_m); --top) {
     const double top_m = std::prev(top)->first;
     double here_m = 0, moment_m2 = 0, hung_m = 0;
@@ -288,7 +289,6 @@ std::optional<double> FindCeilingOfEdges(const BuildingInput& input, const Level
     }
     if (hung_m < kLeastEdges_m || here_m * kHungOver < kLeastEdges_m) continue;
     const double ceiling_m = moment_m2 / here_m;
-    const double seen_m = UprightQuantile(input.points, low_m, high_m, 1 - kMostAbove, low_m);
     if (seen_m < ceiling_m - kHung_m) continue;
     return seen_m <= ceiling_m + kSamePeak_m ? std::optional(ceiling_m) : std::nullopt;
   }
@@ -348,7 +348,7 @@ int LevelAt(const std::vector<Level>& levels, const Vector3d& p_world) {
   if (holding.empty()) return -1;
   if (holding.size() == 1) return holding.front();
   return *std::min_element(holding.begin(), holding.end(), [&](int a, int b) {
-    return PlanDistance(levels[a], p_world) < PlanDistance(levels[b], p_world);
+    return SquaredPlanDistance(levels[a], p_world) < SquaredPlanDistance(levels[b], p_world);
   });
 }
 

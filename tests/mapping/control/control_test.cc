@@ -109,6 +109,10 @@ TEST_F(ControlTest, RefusesWhatIsElsewhere) {
               ThrowsMessage<DataError>(HasSubstr("name the system that they are in")));
   control_.sightings[0].stamp_ns += 1;
   EXPECT_THAT([&] { Place(); }, ThrowsMessage<DataError>(HasSubstr("the map has no image")));
+  --control_.sightings[0].stamp_ns;
+  control_.sightings.resize(1);
+  EXPECT_THAT([&] { Place(); }, ThrowsMessage<DataError>(HasSubstr(fmt::format(
+                                    "seen at all: P0 at {}", control_.sightings[0].stamp_ns))));
   control_.sightings.clear();
   EXPECT_THAT([&] { Place(); }, ThrowsMessage<DataError>(AllOf(HasSubstr("found 0 of 6 control"),
                                                                HasSubstr("seen at all: none"))));
