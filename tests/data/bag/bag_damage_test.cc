@@ -104,6 +104,24 @@ TEST_P(BagDamage, MutationsDoNotCrash) {
   EXPECT_LT(refused, 200);
 }
 
+// What it is of cannot be told, so neither can what else is in its chunk.
+TEST(Ros1Bag, ARecordThatNamesNoKindIsDamage) {
+  const auto* how = std::ranges::find_if(testing::kBagCases, [](const BagCase& bag) {
+    return bag.form == std::string("bag") && bag.compression == std::string("none");
+  });
+  const TempFolder folder;
+  const auto written = testing::MadeMessages(how->encoding, 3, 40);
+  std::string bytes =
+      testing::ReadText(testing::BagFile(testing::MakeBag(folder, *how, written), *how));
+  constexpr char kMessage[] = "op=\x02";
+  const size_t at = bytes.find(kMessage, bytes.find(kMessage) + 1);
+  ASSERT_NE(at, std::string::npos);
+  bytes[at] = 'x';
+  const auto bag = OpenBag(folder.Write("bad/walk.bag", bytes));
+  EXPECT_LT(testing::ReadMessages(bag.get()).size(), written.size());
+  EXPECT_GT(bag->warnings().Count(kBagDamaged), 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, BagDamage, ::testing::ValuesIn(testing::kBagCases),
                          [](const auto& how) {
                            return std::string(how.param.form) + "_" + how.param.compression;
