@@ -119,8 +119,12 @@ void JudgeFigure(const JudgedFigure& judged, const RunFigures& figures,
   const FigureSummary& figure = figures.*judged.figure;
   const VerdictLimits& limits = options.*judged.limits;
   if (figure.count == 0) return;
-  const VerdictLevel level = FindLevel(figure.worst, limits);
+  VerdictLevel level = FindLevel(figure.worst, limits);
   if (level == VerdictLevel::kGood) return;
+  // Somebody who walks past fills two seconds with points that are rightly rejected. A fault of the
+  // rig does so all along.
+  const bool rejected = judged.figure == &RunFigures::points_rejected;
+  if (rejected && figure.mean <= limits.doubtful) level = VerdictLevel::kDoubtful;
   const auto told = [&](double value) {
     return fmt::format("{:.3g}{}", judged.unit_scale * value, judged.unit);
   };

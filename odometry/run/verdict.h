@@ -17,7 +17,8 @@ struct VerdictLimits {
 };
 
 // Section `verdict` of a configuration. Figures of RunFigures are judged by their mean over the
-// worst two seconds.
+// worst two seconds; points that were rejected fail a run only where their mean over all of it is
+// doubtful, too.
 struct VerdictOptions {
   VerdictLimits points_rejected{0.2, 0.3};
   VerdictLimits observations_rejected{0.05, 0.15};

@@ -68,7 +68,7 @@ TEST(Judge, EachFigureIsDoubtfulAndThenFailed) {
     OdometryRun run = GoodRun();
     (run.figures.*figure).worst = 1.01 * limits.doubtful;
     EXPECT_EQ(Judged(run).level, VerdictLevel::kDoubtful);
-    (run.figures.*figure).worst = 1.01 * limits.failed;
+    (run.figures.*figure) = {1.01 * limits.doubtful, 1.01 * limits.failed, 40};
     const Verdict failed = Judged(run);
     EXPECT_EQ(failed.level, VerdictLevel::kFailed);
     ASSERT_EQ(failed.reasons.size(), 1u);
@@ -79,6 +79,12 @@ TEST(Judge, EachFigureIsDoubtfulAndThenFailed) {
     (run.figures.*figure).count = 0;  // was never measured
     EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
   }
+}
+
+TEST(Judge, PointsOnWhatPassesForTwoSecondsMakeARunDoubtful) {
+  OdometryRun run = GoodRun();
+  run.figures.points_rejected = {0.1, 0.6, 40};
+  EXPECT_EQ(Judged(run).level, VerdictLevel::kDoubtful);
 }
 
 TEST(VerdictOptions, ComeFromAFileAndGoIntoOne) {
@@ -214,7 +220,7 @@ TEST(Judge, APartialRunIsJudgedByWhatThereIs) {
   run.partial_reason = "interrupted";
   EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
   EXPECT_EQ(Judged(run).reasons.front().what, "partial");
-  run.figures.points_rejected.worst = 0.9;
+  run.figures.points_rejected = {0.3, 0.9, 190};
   EXPECT_EQ(Judged(run).level, VerdictLevel::kFailed);
 }
 
