@@ -127,6 +127,21 @@ bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_r
   return false;
 }
 
+// From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
+// what is over it, or as high as doors are.
+void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
+  constexpr double kUsualDoor_m = 2.1;
+  if (core->y * grid.cell_m > kFloorGap_m) return;
+  const int most = std::min(grid.rows(), static_cast<int>(std::lround(kUsualDoor_m / grid.cell_m)));
+  const auto is_hit = [&](int row) {
+    int hit = 0;
+    for (int k = 0; k < core->width; ++k)
+      hit += grid.support(row, core->x + k) > grid.passes(row, core->x + k) ? 1 : 0;
+    return 4 * hit > core->width;  // single rays may end wrongly
+  };
+  while (core->y + core->height < most && !is_hit(core->y + core->height)) ++core->height;
+}
+
 // Whether something was measured beside it on both sides.
 bool IsFramed(const FaceGrid& grid, const cv::Rect& core) {
   const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
@@ -285,8 +300,10 @@ void JoinPanes(std::vector<FaceOpening>* openings) {
 std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& labels, int label,
                                        const cv::Rect& box) {
   auto core = FindCore(labels, label, box);
-  if (core) GrowToCheeks(grid, &*core);
-  if (!core || core->width * grid.cell_m < kBuildingMinOpening_m ||
+  if (!core) return std::nullopt;
+  GrowToCheeks(grid, &*core);
+  GrowUnseen(grid, &*core);
+  if (core->width * grid.cell_m < kBuildingMinOpening_m ||
       core->height * grid.cell_m < kBuildingMinOpening_m || !IsFramed(grid, *core)) {
     return std::nullopt;
   }

@@ -75,9 +75,7 @@ std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
 using Eigen::Vector2d;
 
 constexpr double kBorderCost_m = 0.25;  // of a border without a wall, as area of a cell by length
-constexpr double kFrame_m = 0.6;        // beyond what is free
-constexpr double kFreeWeight = 2;       // of free area against area that was not seen
-constexpr double kLeastFree = 0.3;      // of a room
+constexpr double kFreeWeight = 8;       // of free area against area that was not seen
 constexpr double kLeastWidth_m = 0.4;   // of a room, in the mean; the inside of a wall is none
 constexpr double kNever = 1e9;          // costs more than all else
 constexpr double kStraight_m = 1e-3, kApart_m = 2 * kPlanGrid_m;
@@ -144,8 +142,7 @@ PlanPoints MakeFrame(const std::vector<WallLine>& lines, const FreeSpace& free) 
   const Eigen::Rotation2Dd R_world_frame(MainHeading(faces));
   const Eigen::AlignedBox2d box = free.FreeBox(R_world_frame.inverse());
   if (box.isEmpty()) return {};
-  const Vector2d low = box.min() - Vector2d::Constant(kFrame_m);
-  const Vector2d high = box.max() + Vector2d::Constant(kFrame_m);
+  const Vector2d &low = box.min(), &high = box.max();
   PlanPoints frame = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
   for (Vector2d& corner : frame) corner = R_world_frame * corner;
   return frame;
@@ -260,13 +257,12 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   std::vector<FoundRoom> rooms;
   for (const auto& [group, indices] : members) {
     std::vector<Polygon> polygons;
-    double area_m2 = 0, free_m2 = 0;
+    double area_m2 = 0;
     for (const int i : indices) {
       polygons.push_back(cells[i].polygon);
       area_m2 += cells[i].area_m2;
-      free_m2 += cells[i].area_m2 * cells[i].free;
     }
-    if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
+    if (area_m2 < options.min_room_m2) continue;
     const double bounded = BoundedShare(borders, cells, group, groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;

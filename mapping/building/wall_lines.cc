@@ -14,7 +14,6 @@ using Eigen::Vector2d;
 // Rooms.
 constexpr double kExtension_m = 30;  // of a wall's line beyond what was measured of it, at most
 
-constexpr double kCovered = 0.4;  // share of a step from which on it counts as covered
 constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
 
 // Whether a wall is covered somewhere between two places along it.
@@ -25,7 +24,7 @@ bool IsCoveredBetween(const WallFace& wall, double low_m, double high_m) {
   const auto count = static_cast<int64_t>(wall.shares.size());
   const int64_t last = std::min(step_of(high_m), count - 1);
   for (int64_t step = std::max<int64_t>(0, step_of(low_m)); step <= last; ++step) {
-    if (wall.shares[step] >= kCovered) return true;
+    if (wall.shares[step] > 0) return true;
   }
   return false;
 }
@@ -104,23 +103,28 @@ class LineChain {
 
   double PlaceAt(double step) const { return wall_.face.from_m + (step - before_) * wall_.step_m; }
 
-  double FindShare(int step) const {
+  bool IsCovered(int step) const {
     const int at = step - before_;
-    return at >= 0 && at < static_cast<int>(wall_.shares.size())
-               ? wall_.shares[static_cast<size_t>(at)]
-               : 0;
+    return at >= 0 && at < static_cast<int>(wall_.shares.size()) &&
+           wall_.shares[static_cast<size_t>(at)] > 0;
+  }
+
+  bool IsDoor(int step) const {
+    const double at_m = PlaceAt(step + 0.5);
+    return std::ranges::any_of(
+        wall_.doors, [&](const Interval& door) { return at_m > door.from_m && at_m < door.to_m; });
   }
 
   // Nats a metre: what is measured of neighbouring steps is alike.
   double ComputeCost(int step, uint8_t kind) const {
     constexpr double kSeen = 10, kWidth = 3, kUnseen = 0.5;
-    const double share = FindShare(step);
-    if (kind != kWall) return kSeen * share + (kind == kOpening ? kWidth : 0);
+    if (kind == kOpening && IsDoor(step)) return 0;
+    if (kind != kWall) return (IsCovered(step) ? kSeen : 0) + (kind == kOpening ? kWidth : 0);
+    if (IsCovered(step)) return 0;
     // Just behind the face: rays along a wall pass right before it.
     const Eigen::Vector2d p =
         wall_.face.PointAt(PlaceAt(step + 0.5)) - wall_.step_m * wall_.face.normal;
-    const bool passed = share == 0 && free_.IsFree(p);
-    return passed ? kSeen : (share == 0 ? kUnseen : 0);
+    return free_.IsFree(p) ? kSeen : kUnseen;
   }
 
   // Walls begin and end at other walls, but for those that stand free.
@@ -150,7 +154,7 @@ class LineChain {
     for (int i = 0; i < count_; ++i) {
       const uint8_t kind = kinds[static_cast<size_t>(i)];
       const WallPart part{PlaceAt(i), PlaceAt(i + 1), kind == kWall, kind != kOpen,
-                          kind == kWall && FindShare(i) >= kCovered};
+                          kind == kWall && IsCovered(i)};
       if (!parts.empty() && parts.back().IsLike(part)) {
         parts.back().to_m = part.to_m;
       } else {
@@ -233,6 +237,7 @@ WallFace Opposite(const WallFace& wall, double thickness_m, double thickness_sig
   back.face.from_m = -wall.face.to_m;
   back.face.to_m = -wall.face.from_m;
   std::reverse(back.shares.begin(), back.shares.end());
+  for (Interval& door : back.doors) door = {-door.to_m, -door.from_m};
   return back;
 }
 

@@ -14,6 +14,7 @@ namespace {
 constexpr double kCorner_m = 0.5;      // from a measured end to the corner
 constexpr double kAlike = 0.99;        // cosine, 8 degrees
 constexpr double kLong_m = 1.5;        // covered: of a wall that need not be like others
+constexpr double kThin_m = 0.25;       // between two faces that make a wall of each other
 constexpr double kSure = 0.5;          // share of a shorter one that must reach the top
 constexpr double kRight = 0.995;       // cosine, 6 degrees
 constexpr double kBeside_m = 0.4;      // behind or before a wall there is no other
@@ -76,7 +77,8 @@ void TakeInferred(const std::vector<BuiltFace>& faces, const Face& front,
 }
 
 double CoveredLength(const WallFace& wall) {
-  return wall.step_m * std::accumulate(wall.shares.begin(), wall.shares.end(), 0.0);
+  const auto covered = std::ranges::count_if(wall.shares, [](double share) { return share > 0; });
+  return wall.step_m * static_cast<double>(covered);
 }
 
 // The step of a wall that is at a place in the plan; nothing beyond its ends.
@@ -113,12 +115,17 @@ bool IsJustBehind(const Face& face, const WallFace& wall, const Eigen::Vector2d&
          behind_m >= kLeast_m && behind_m <= kBeside_m && FindStep(wall, place);
 }
 
+// Whether something stands in enough places of it, and nearly from the floor on: the reveals of
+// windows begin at their sills.
+bool StandsOnFloor(const WallFace& wall, double floor_m) {
+  return IsWall(wall.shares, wall.step_m) && wall.face.mostly_above_m <= floor_m + kMostAbove_m;
+}
+
 // Whether it stands from floor to top in enough places to hide what is behind it, as a pier does.
 bool IsPier(const WallFace& wall, double floor_m) {
   constexpr double kLeastPier_m = 0.5;
   const auto solid = std::count(wall.is_solid.begin(), wall.is_solid.end(), true);
-  return wall.step_m * static_cast<double>(solid) >= kLeastPier_m &&
-         IsWall(wall.shares, wall.step_m) && wall.face.mostly_above_m <= floor_m + kMostAbove_m;
+  return wall.step_m * static_cast<double>(solid) >= kLeastPier_m && StandsOnFloor(wall, floor_m);
 }
 
 // Takes a wall's shares where a pier hides it.
@@ -132,12 +139,22 @@ void ClearSharesBehind(const WallFace& pier, WallFace* back) {
 
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
+// Whether another face is right behind it, as the other side of a wall is; a door's leaf is
+// thinner.
+bool HasBack(const std::vector<BuiltFace>& faces, const WallFace& wall, double floor_m) {
+  return std::ranges::any_of(faces, [&](const BuiltFace& other) {
+    const auto body = BodyBetween(wall.face, other.wall.face, {});
+    return body && body->thickness_m <= kThin_m && StandsOnFloor(other.wall, floor_m);
+  });
+}
+
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
-// seen of it: what is short is a wall only where it reaches the top, along or across a long one,
-// and nearly reaches the floor: the reveals of windows begin at their sills.
+// seen of it: what is short is a wall only where its other side was seen, or where it reaches the
+// top, along or across a long one.
 bool IsMeasuredWall(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
   if (IsLong(built)) return true;
-  if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
+  if (!StandsOnFloor(built.wall, floor_m)) return false;
+  if (HasBack(faces, built.wall, floor_m)) return true;
   const std::vector<double>& shares = built.wall.shares;
   const auto sure = std::count(shares.begin(), shares.end(), 1.0);
   if (static_cast<double>(sure) < kSure * static_cast<double>(shares.size())) return false;
@@ -209,9 +226,11 @@ BuiltFace CutToStretch(BuiltFace built, const Interval& stretch) {
   wall.is_solid.clear();
   wall.face.from_m = stretch.from_m;
   wall.face.to_m = stretch.to_m;
-  std::erase_if(built.openings, [&](const FaceOpening& opening) {
-    return opening.from_m < stretch.from_m || opening.to_m > stretch.to_m;
-  });
+  const auto is_outside = [&](const auto& part) {
+    return part.from_m < stretch.from_m || part.to_m > stretch.to_m;
+  };
+  std::erase_if(built.openings, is_outside);
+  std::erase_if(wall.doors, is_outside);
   return built;
 }
 
@@ -264,7 +283,7 @@ void CutAtNiches(std::vector<BuiltFace>* faces) {
 
 double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector2d& from,
                         const Eigen::Vector2d& to) {
-  constexpr double kThrough_m = 0.1, kSolid = 0.4;
+  constexpr double kThrough_m = 0.1;
   double least = 1;
   for (const BuiltFace& built : faces) {
     const Face& face = built.wall.face;
@@ -274,7 +293,7 @@ double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector
     const Eigen::Vector2d at = from + share * (to - from);
     const double along_m = face.MeasureAlong(at);
     const auto step = FindStep(built.wall, at);
-    if (!step || built.wall.shares[*step] < kSolid) continue;
+    if (!step || built.wall.shares[*step] == 0) continue;
     const bool is_open =
         std::any_of(built.openings.begin(), built.openings.end(), [&](const FaceOpening& opening) {
           return opening.kind != OpeningKind::kWindow && along_m > opening.from_m &&

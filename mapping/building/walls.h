@@ -22,9 +22,10 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there. What stands from floor to top before another hides it. What is short is a wall only where
-// it reaches the top of its storey and nearly its floor, along or across a long one. Sets which
-// faces, all of one storey, are of walls.
+// there. What stands from floor to top before another hides it. What is shorter than
+// 1.5 m is a wall only where it nearly reaches the floor and has its other side right behind it, or
+// reaches the top of its storey, along or across a long one. Sets which faces, all of one storey,
+// are of walls.
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
 // What looks like an opening, but has a wall just behind it, is a niche: walls are cut there.

@@ -201,6 +201,45 @@ TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
   EXPECT_EQ(pairs, 1);
 }
 
+TEST(BuildBuilding, DoorWhoseTopNobodySawIsAsHighAsDoorsAre) {
+  ScanOptions options;
+  options.rays = 8000;
+  BuildingInput input = Scan(SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: slab, at: [0, 0, 0], size: [10, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [10, 4], material: ceiling, faces_down: true}
+  - {kind: wall, points: [[5, 0], [5, 4]], has_back: true, doors: [[0, 1.0, 1.0, 2.1, 90]]}
+)"),
+                             PlacesAlong({{1, 2.8, 1.3},
+                                          {3.8, 3, 1.3},
+                                          {4, 1.5, 1.3},
+                                          {6.2, 1.5, 1.3},
+                                          {9, 1.5, 1.3},
+                                          {8, 3, 1.3}}),
+                             options);
+  // Of a camera that looks down, but for the ceiling.
+  constexpr double kHighest_m = 1.4;
+  std::erase_if(input.points, [](const SurfacePoint& point) {
+    return point.p_world.z() > kHighest_m && point.normal_world.z() > -0.7;
+  });
+  std::erase_if(input.lines, [](const MapLine& line) {
+    return std::max(line.start_world.z(), line.end_world.z()) > kHighest_m;
+  });
+  for (ViewRays& view : input.rays) {
+    std::erase_if(view.p_world, [](const auto& p) { return p.z() > kHighest_m; });
+    view.sigma_m.resize(view.p_world.size(), 0.01F);
+  }
+  const Building building = BuildBuilding(input, {});
+  EXPECT_THAT(building.rooms, SizeIs(2));
+  const std::vector<PlaneOpening> openings = OpeningsOf(building);
+  ASSERT_THAT(openings, SizeIs(2));
+  for (const PlaneOpening& opening : openings) {
+    EXPECT_EQ(opening.kind, OpeningKind::kDoor);
+    EXPECT_NEAR(opening.clear_height_m, 2.1, 0.02);
+  }
+}
+
 // Two rooms behind a corridor; of the wall between them the right one looked at one side alone.
 TEST(BuildBuilding, BackOfAWallThatNobodySawIsToldWhereARoomEndsThere) {
   const Scene scene = SceneFromText(R"(

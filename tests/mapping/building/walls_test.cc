@@ -93,6 +93,33 @@ WallFace FaceAt(double y_m, double side, double from_x_m, double to_x_m) {
   return wall;
 }
 
+// A piece of a wall whose top nobody saw.
+BuiltFace LowPiece(double length_m) {
+  BuiltFace piece = WallAlongX();
+  piece.wall.face.from_m = -length_m;
+  piece.wall.shares.assign(static_cast<size_t>(std::lround(length_m / piece.wall.step_m)), 0.5);
+  piece.wall.measured_m = 0.5 * length_m;
+  return piece;
+}
+
+BuiltFace BackOf(const BuiltFace& front, double thickness_m) {
+  BuiltFace back = front;
+  back.wall.face.normal = -front.wall.face.normal;
+  back.wall.face.offset_m = thickness_m - front.wall.face.offset_m;
+  back.wall.face.from_m = -front.wall.face.to_m;
+  back.wall.face.to_m = -front.wall.face.from_m;
+  return back;
+}
+
+TEST(SelectWalls, WhatIsLongerThanFurnitureOrSeenFromBothSidesIsAWallWhoseTopNobodySaw) {
+  const BuiltFace leaf = LowPiece(1);
+  EXPECT_EQ(AreWalls({LowPiece(1.6)}), (std::vector{true}));
+  EXPECT_EQ(AreWalls({leaf}), (std::vector{false}));
+  EXPECT_EQ(AreWalls({leaf, BackOf(leaf, 0.15)}), (std::vector{true, true}));
+  EXPECT_EQ(AreWalls({leaf, BackOf(leaf, 0.04)}), (std::vector{false, false}));
+  EXPECT_EQ(AreWalls({leaf, BackOf(leaf, 0.5)}), (std::vector{false, false}));  // a cupboard
+}
+
 TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
   const WallFace upper = FaceAt(1.2, 1, 0, 5), lower = FaceAt(1.0, -1, 1, 6);
   const auto body = BodyBetween(upper.face, lower.face, {});
@@ -211,6 +238,34 @@ Room SquareRoom() {
 }
 
 // A room has a floor even where it is too dark, or too far, to be measured.
+TEST_F(RoomsTest, ArePartedByAWallOfDoors) {
+  for (double x = 0.525; x < 4.4; x += 0.05) {
+    for (int way = 0; way < 3; ++way) free_.AddWay({x, 1}, {x, 3});
+  }
+  for (WallFace* wall : {&corridor_, &rooms_}) {
+    const bool is_turned = wall == &rooms_;
+    Uncover(is_turned ? 5.6 : 0.5, is_turned ? 9.5 : 4.4, wall);
+    wall->doors = {{wall->face.MeasureAlong({0.5, 2}), wall->face.MeasureAlong({4.4, 2})}};
+    if (wall->doors[0].length_m() < 0) std::swap(wall->doors[0].from_m, wall->doors[0].to_m);
+  }
+  EXPECT_THAT(Find(), SizeIs(3));
+}
+
+TEST(Rooms, AreWholeWhereWallsEndThemThoughLittleOfThemWasSeen) {
+  FreeSpace free(Eigen::AlignedBox2d(Vector2d(-1, -1), Vector2d(5, 5)), 0.05);
+  for (double y = 0.025; y < 0.8; y += 0.05) {
+    for (int way = 0; way < 3; ++way) free.AddWay({0, y}, {4, y});
+  }
+  free.AddWay({2, 0.5}, {2, 4});
+  free.AddWay({2, 0.5}, {2, 4});
+  free.AddWay({2, 0.5}, {2, 4});
+  const std::vector<FoundRoom> found = FindRooms({Between({4, 0}, {0, 0}), Between({0, 4}, {4, 4}),
+                                                  Between({0, 0}, {0, 4}), Between({4, 4}, {4, 0})},
+                                                 free, {});
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_NEAR(Area(found[0].polygon), 16, 0.1);
+}
+
 TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
   Room room = SquareRoom();
   std::vector<BuildingPlane> planes;
