@@ -29,8 +29,10 @@ bool IsCoveredBetween(const WallFace& wall, double low_m, double high_m) {
   return false;
 }
 
+// Rounded corners, and what stands in them, hide both walls there.
 bool IsCoveredNear(const WallFace& wall, double along_m) {
-  return IsCoveredBetween(wall, along_m - kReach_m, along_m + kReach_m);
+  constexpr double kCorner_m = 1;
+  return IsCoveredBetween(wall, along_m - kCorner_m, along_m + kCorner_m);
 }
 
 // A wall that goes on at both sides, other than one that ends there.
@@ -71,14 +73,15 @@ class LineChain {
 
   // The parts of least cost in all (Viterbi's).
   std::vector<WallPart> FindParts() const {
-    const std::vector<bool> corners = FindCorners();
+    const auto corners = FindCorners();
     std::array<double, 3> costs = {};
     std::vector<std::array<uint8_t, 3>> from(static_cast<size_t>(count_));
     for (int i = 0; i < count_; ++i) {
       std::array<double, 3> next = {};
       for (uint8_t to = 0; to < 3; ++to) {
         const auto along = [&](uint8_t kind) {
-          return costs[kind] + ChangeCost(kind, to, corners[static_cast<size_t>(i)]);
+          return costs[kind] +
+                 ChangeCost(kind, to, (to == kOpen ? corners.second : corners.first)[i]);
         };
         uint8_t best = to;
         for (uint8_t kind = 0; kind < 3; ++kind) {
@@ -135,18 +138,22 @@ class LineChain {
     return is_corner ? kCorner : kFreeEnd;
   }
 
-  // By step, whether another wall ends at it or crosses it there.
-  std::vector<bool> FindCorners() const {
-    std::vector<bool> corners(static_cast<size_t>(count_), false);
+  // By step, whether another wall ends or crosses at it, so that this one may begin with it; or
+  // just before it, so that this one may end there. No gap is left between them.
+  std::pair<std::vector<bool>, std::vector<bool>> FindCorners() const {
+    constexpr double kRounding = 1e-6;
+    std::vector<bool> begins(static_cast<size_t>(count_), false), ends = begins;
+    const auto set = [&](double step, std::vector<bool>* at) {
+      if (step >= 0 && step < count_) (*at)[static_cast<size_t>(step)] = true;
+    };
     for (const WallFace& other : walls_) {
       const auto crossing = Crossing(wall_.face, other.face);
       if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
       const double at = (crossing->first - wall_.face.from_m) / wall_.step_m + before_;
-      for (const double step : {std::floor(at), std::floor(at) + 1}) {
-        if (step >= 0 && step < count_) corners[static_cast<size_t>(step)] = true;
-      }
+      set(std::floor(at + kRounding), &begins);
+      set(std::ceil(at - kRounding), &ends);
     }
-    return corners;
+    return {begins, ends};
   }
 
   std::vector<WallPart> MakeParts(const std::vector<uint8_t>& kinds) const {
@@ -311,15 +318,10 @@ std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls,
 }
 
 double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options) {
-  std::sort(bodies.begin(), bodies.end(),
-            [](const WallBody& a, const WallBody& b) { return a.thickness_m < b.thickness_m; });
-  double left_m = 0;
-  for (const WallBody& body : bodies) left_m += body.to_m - body.from_m;
-  for (const WallBody& body : bodies) {
-    left_m -= 2 * (body.to_m - body.from_m);
-    if (left_m <= 0) return body.thickness_m;
-  }
-  return options.assumed_thickness_m;
+  if (bodies.empty()) return options.assumed_thickness_m;
+  const auto middle = bodies.begin() + static_cast<std::ptrdiff_t>((bodies.size() - 1) / 2);
+  std::ranges::nth_element(bodies, middle, {}, &WallBody::thickness_m);
+  return middle->thickness_m;
 }
 
 std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,

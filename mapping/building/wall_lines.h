@@ -54,7 +54,7 @@ struct WallBody {
 std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
                                     const BuildingOptions& options);
 
-// The median thickness, by length; the assumed one of the options where there are none.
+// The median thickness; the assumed one of the options where there are none.
 double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options);
 
 // Behind what was seen of each wall from one side alone, the face that it must have: at its own

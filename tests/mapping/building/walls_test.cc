@@ -132,7 +132,7 @@ TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
   EXPECT_FALSE(BodyBetween(upper.face, FaceAt(1.0, -1, 4.9, 9).face, {}));
 }
 
-TEST(WallBodies, TypicalThicknessIsThatOfMostOfTheLength) {
+TEST(WallBodies, TypicalThicknessIsThatOfMostWalls) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5),  FaceAt(1.0, -1, 0, 5),
                                        FaceAt(9.4, 1, 0, 2),  FaceAt(9.0, -1, 0, 2),
                                        FaceAt(20.1, 1, 0, 1), FaceAt(20.0, -1, 0, 1)};
@@ -251,19 +251,39 @@ TEST_F(RoomsTest, ArePartedByAWallOfDoors) {
   EXPECT_THAT(Find(), SizeIs(3));
 }
 
-TEST(Rooms, AreWholeWhereWallsEndThemThoughLittleOfThemWasSeen) {
+// Four by four metres.
+std::vector<WallFace> SquareWalls() {
+  return {Between({4, 0}, {0, 0}), Between({0, 4}, {4, 4}), Between({0, 0}, {0, 4}),
+          Between({4, 4}, {4, 0})};
+}
+
+// With rays from left to right over a part of it.
+FreeSpace FreeBelow(double top_m) {
   FreeSpace free(Eigen::AlignedBox2d(Vector2d(-1, -1), Vector2d(5, 5)), 0.05);
-  for (double y = 0.025; y < 0.8; y += 0.05) {
+  for (double y = 0.025; y < top_m; y += 0.05) {
     for (int way = 0; way < 3; ++way) free.AddWay({0, y}, {4, y});
   }
-  free.AddWay({2, 0.5}, {2, 4});
-  free.AddWay({2, 0.5}, {2, 4});
-  free.AddWay({2, 0.5}, {2, 4});
-  const std::vector<FoundRoom> found = FindRooms({Between({4, 0}, {0, 0}), Between({0, 4}, {4, 4}),
-                                                  Between({0, 0}, {0, 4}), Between({4, 4}, {4, 0})},
-                                                 free, {});
+  return free;
+}
+
+TEST(Rooms, AreWholeWhereWallsEndThemThoughLittleOfThemWasSeen) {
+  FreeSpace free = FreeBelow(0.8);
+  for (int way = 0; way < 3; ++way) free.AddWay({2, 0.5}, {2, 4});
+  const std::vector<FoundRoom> found = FindRooms(SquareWalls(), free, {});
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_NEAR(Area(found[0].polygon), 16, 0.1);
+}
+
+// What stands in a corner hides both of its walls.
+TEST(Rooms, AreClosedAtCornersThatNobodySaw) {
+  FreeSpace free = FreeBelow(1.2);
+  for (double y = 2.9; y < 4; y += 0.05) {
+    for (int way = 0; way < 3; ++way) free.AddWay({0, y}, {4, y});
+  }
+  std::vector<WallFace> walls = SquareWalls();
+  walls.push_back(Between({2, 1.2}, {2, 0}));
+  walls.push_back(Between({0, 2}, {1.2, 2}));
+  EXPECT_THAT(FindRooms(walls, free, {}), SizeIs(2));
 }
 
 TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
