@@ -128,10 +128,11 @@ bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_r
 }
 
 // From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
-// what is over it, or as high as doors are.
+// what is over it, or as high as doors are. What is lower than a table is no door.
 void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
-  constexpr double kUsualDoor_m = 2.1;
-  if (core->y * grid.cell_m > kFloorGap_m) return;
+  constexpr double kUsualDoor_m = 2.1, kTable_m = 0.9;
+  const int top = core->y + core->height;
+  if (core->y * grid.cell_m > kFloorGap_m || top * grid.cell_m < kTable_m) return;
   const int most = std::min(grid.rows(), static_cast<int>(std::lround(kUsualDoor_m / grid.cell_m)));
   const auto is_hit = [&](int row) {
     int hit = 0;
