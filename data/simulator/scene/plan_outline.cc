@@ -9,8 +9,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSpeck_m2 = 0.005;   // of what is dark: smaller ones are dirt
-constexpr double kStraight_px = 1.2;  // how far pixels of a straight side are off it
+constexpr double kSpeck_m2 = 0.005;  // of what is dark: smaller ones are dirt
+// How far pixels of a straight side are off it: of drawings that were turned or made larger, two.
+constexpr double kStraight_px = 2.5;
 
 // Sides that nearly run along the picture's rows or columns do so.
 void Square(std::vector<Vector2d>* corners) {

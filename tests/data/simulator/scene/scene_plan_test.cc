@@ -87,6 +87,25 @@ TEST(ScenePlan, WallsStandWhereTheyAreDrawn) {
   }
 }
 
+// The stairs of its pixels are no edges.
+TEST(ScenePlan, AWallAcrossThePixelsOfADrawingThatWasMadeLargerIsStraight) {
+  cv::Mat small(150, 220, CV_8U, cv::Scalar(255)), drawing;
+  cv::line(small, {40, 30}, {170, 110}, cv::Scalar(0), 8);
+  cv::resize(small, drawing, {}, 2, 2, cv::INTER_NEAREST);
+  const TempFolder folder;
+  cv::imwrite(folder.Path("plan.png"), drawing);
+  const std::string scene = folder.Write(
+      "scene.yaml", "plan: {image: plan.png, pixel_m: 0.02, furniture: 0, floor: carpet}\n");
+  const std::vector<TrueWall> walls = TrueWalls(ReadScene(scene));
+  // The wall is 6.1 m long.
+  EXPECT_EQ(std::ranges::count_if(walls,
+                                  [](const TrueWall& wall) {
+                                    const auto& corners = wall.outline_world;
+                                    return (corners[1] - corners[0]).head<2>().norm() > 5;
+                                  }),
+            2);
+}
+
 TEST(ScenePlan, AGapIsADoorAndAThinWallIsGlazed) {
   const DrawnScene drawn;
   const Scene scene = ReadScene(drawn.Write("furniture: 0, leaf_deg: [80], daylight: 5"));
