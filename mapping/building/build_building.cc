@@ -244,22 +244,6 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
   }
 }
 
-// A passage parts rooms: what is open up to the top within one is none.
-void RemovePassagesInRooms(const std::vector<Room>& rooms, LevelData* data) {
-  for (BuiltFace& built : data->faces) {
-    const Face& face = built.wall.face;
-    std::erase_if(built.openings, [&](const FaceOpening& opening) {
-      const Vector2d p = face.PointAt(0.5 * (opening.from_m + opening.to_m));
-      const Vector2d across = kBeforeWall_m * face.normal;
-      return opening.kind == OpeningKind::kPassage &&
-             std::any_of(rooms.begin(), rooms.end(), [&](const Room& room) {
-               return room.storey == face.level && Contains(room.polygon, p + across) &&
-                      Contains(room.polygon, p - across);
-             });
-    });
-  }
-}
-
 Vector3d OnPlane(const Face& face, double along_m, double z_m) {
   const Vector2d p = face.PointAt(along_m);
   return {p.x(), p.y(), z_m};
@@ -417,10 +401,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   for (size_t i = 0; i < data.size(); ++i) {
     AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], inside[i], &building);
   }
-  for (LevelData& level : data) {
-    RemovePassagesInRooms(building.rooms, &level);
-    AddUnseenFaces(building.rooms, options, &level);
-  }
+  for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level);
   AddPlanes(levels, &data, &building);
   for (const LevelData& level : data) {
     faces.insert(faces.end(), level.faces.begin(), level.faces.end());
