@@ -19,7 +19,6 @@ constexpr double kLeastDoor_m = 1.7;  // height
 constexpr double kLintel_m = 0.25;    // a door has at least this above it
 constexpr double kWidestDoor_m = 1.9;
 constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must have been measured
-constexpr double kCheek_m = 0.2;       // beside an opening, where rays also end on its cheeks
 constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
 constexpr double kUpright = 0.98;      // cosine
 constexpr double kLongestStep_m = 2;   // of a walk: from one run to the next nobody walked
@@ -80,41 +79,6 @@ std::optional<cv::Rect> FindCore(const cv::Mat1i& labels, int label, const cv::R
   }
   if (filled < kLeastFilled * core.area()) return std::nullopt;
   return core;
-}
-
-// Whether rays went through most of a strip of cells, whatever else ended there.
-bool IsMostlyPassed(const FaceGrid& grid, const cv::Rect& strip) {
-  if ((strip & cv::Rect(0, 0, grid.columns(), grid.rows())) != strip) return false;
-  int passed = 0;
-  for (int row = strip.y; row < strip.y + strip.height; ++row) {
-    for (int column = strip.x; column < strip.x + strip.width; ++column) {
-      passed += grid.passes(row, column) >= 2 ? 1 : 0;
-    }
-  }
-  return 2 * passed >= strip.area();
-}
-
-// Up to its cheeks, which rays hit beside those that go through.
-void GrowToCheeks(const FaceGrid& grid, cv::Rect* core) {
-  const int most = static_cast<int>(std::lround(kCheek_m / grid.cell_m));
-  const auto grow = [&](int right, int up) {
-    for (int k = 0; k < most; ++k) {
-      cv::Rect strip = *core;
-      if (right != 0) {
-        strip.x = right > 0 ? core->x + core->width : core->x - 1;
-        strip.width = 1;
-      } else {
-        strip.y = up > 0 ? core->y + core->height : core->y - 1;
-        strip.height = 1;
-      }
-      if (!IsMostlyPassed(grid, strip)) return;
-      *core |= strip;
-    }
-  };
-  grow(1, 0);
-  grow(-1, 0);
-  grow(0, 1);
-  grow(0, -1);
 }
 
 bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_row, int last_row) {
@@ -302,7 +266,6 @@ std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& la
                                        const cv::Rect& box) {
   auto core = FindCore(labels, label, box);
   if (!core) return std::nullopt;
-  GrowToCheeks(grid, &*core);
   GrowUnseen(grid, &*core);
   if (core->width * grid.cell_m < kBuildingMinOpening_m ||
       core->height * grid.cell_m < kBuildingMinOpening_m || !IsFramed(grid, *core)) {
