@@ -218,10 +218,8 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (!built.is_wall) continue;
     built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
-    for (const FaceOpening& opening : built.openings) {
-      if (opening.kind != OpeningKind::kDoor) continue;
-      built.wall.doors.push_back({opening.from_m, opening.to_m});
-    }
+    for (const FaceOpening& at : built.openings)
+      if (at.kind == OpeningKind::kDoor) built.wall.doors.push_back({at.from_m, at.to_m});
   }
   CutAtNiches(&data->faces);
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);

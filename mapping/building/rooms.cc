@@ -135,13 +135,16 @@ class BorderFinder {
   std::map<std::pair<GridPoint, GridPoint>, Border> borders_;
 };
 
-// Around all that is free, along the walls; empty where nothing is.
+// Around all that is free and all walls, along these; empty where nothing is free.
 PlanPoints MakeFrame(const std::vector<WallLine>& lines, const FreeSpace& free) {
   std::vector<Face> faces;
   for (const WallLine& line : lines) faces.push_back(line.wall->face);
   const Eigen::Rotation2Dd R_world_frame(MainHeading(faces));
-  const Eigen::AlignedBox2d box = free.FreeBox(R_world_frame.inverse());
+  Eigen::AlignedBox2d box = free.FreeBox(R_world_frame.inverse());
   if (box.isEmpty()) return {};
+  for (const Face& face : faces)
+    for (const double at_m : {face.from_m, face.to_m})
+      box.extend(R_world_frame.inverse() * face.PointAt(at_m));
   const Vector2d &low = box.min(), &high = box.max();
   PlanPoints frame = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
   for (Vector2d& corner : frame) corner = R_world_frame * corner;

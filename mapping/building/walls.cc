@@ -123,9 +123,8 @@ bool StandsOnFloor(const WallFace& wall, double floor_m) {
 
 // Whether it stands from floor to top in enough places to hide what is behind it, as a pier does.
 bool IsPier(const WallFace& wall, double floor_m) {
-  constexpr double kLeastPier_m = 0.5;
-  const auto solid = std::count(wall.is_solid.begin(), wall.is_solid.end(), true);
-  return wall.step_m * static_cast<double>(solid) >= kLeastPier_m && StandsOnFloor(wall, floor_m);
+  const std::vector<double> solid(wall.is_solid.begin(), wall.is_solid.end());
+  return IsWall(solid, wall.step_m) && StandsOnFloor(wall, floor_m);
 }
 
 // Takes a wall's shares where a pier hides it.

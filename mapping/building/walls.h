@@ -22,9 +22,9 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there. What stands from floor to top before another hides it. What is shorter than
-// 1.5 m is a wall only where it nearly reaches the floor and has its other side right behind it, or
-// reaches the top of its storey, along or across a long one. Sets which faces, all of one storey,
+// there. What stands from floor to top before another hides it. What is shorter than 1.5 m is a
+// wall only where it nearly reaches the floor and either has its other side right behind it, or
+// reaches the top of its storey along or across a long one. Sets which faces, all of one storey,
 // are of walls.
 void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 

@@ -123,8 +123,9 @@ void JudgeFigure(const JudgedFigure& judged, const RunFigures& figures,
   if (level == VerdictLevel::kGood) return;
   // Somebody who walks past fills two seconds with points that are rightly rejected. A fault of the
   // rig does so all along.
-  const bool rejected = judged.figure == &RunFigures::points_rejected;
-  if (rejected && figure.mean <= limits.doubtful) level = VerdictLevel::kDoubtful;
+  if (judged.figure == &RunFigures::points_rejected && std::isfinite(figure.worst) &&
+      figure.mean <= limits.doubtful)
+    level = VerdictLevel::kDoubtful;
   const auto told = [&](double value) {
     return fmt::format("{:.3g}{}", judged.unit_scale * value, judged.unit);
   };

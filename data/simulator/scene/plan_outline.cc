@@ -9,9 +9,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSpeck_m2 = 0.005;  // of what is dark: smaller ones are dirt
-// How far pixels of a straight side are off it: of drawings that were turned or made larger, two.
-constexpr double kStraight_px = 2.5;
+constexpr double kSpeck_m2 = 0.005;    // of what is dark: smaller ones are dirt
+constexpr double kStraight_m = 0.025;  // how far pixels of a straight side are off it
 
 // Sides that nearly run along the picture's rows or columns do so.
 void Square(std::vector<Vector2d>* corners) {
@@ -66,7 +65,7 @@ std::vector<std::vector<Vector2d>> TraceOutlines(const cv::Mat& mask, double pix
       const std::vector<cv::Point> traced = FollowOutline(mask, {x, y}, &passed);
       if (cv::contourArea(traced) * pixel_m * pixel_m < kSpeck_m2) continue;
       std::vector<cv::Point> polygon;
-      cv::approxPolyDP(traced, polygon, kStraight_px, true);
+      cv::approxPolyDP(traced, polygon, std::max(1.2, kStraight_m / pixel_m), true);
       if (polygon.size() < 3) continue;
       std::vector<Vector2d> corners;
       for (const cv::Point& p : polygon) corners.emplace_back(p.x, mask.rows - p.y);

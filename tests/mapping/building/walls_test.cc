@@ -237,7 +237,6 @@ Room SquareRoom() {
   return room;
 }
 
-// A room has a floor even where it is too dark, or too far, to be measured.
 TEST_F(RoomsTest, ArePartedByAWallOfDoors) {
   for (double x = 0.525; x < 4.4; x += 0.05) {
     for (int way = 0; way < 3; ++way) free_.AddWay({x, 1}, {x, 3});
@@ -267,8 +266,7 @@ FreeSpace FreeBelow(double top_m) {
 }
 
 TEST(Rooms, AreWholeWhereWallsEndThemThoughLittleOfThemWasSeen) {
-  FreeSpace free = FreeBelow(0.8);
-  for (int way = 0; way < 3; ++way) free.AddWay({2, 0.5}, {2, 4});
+  const FreeSpace free = FreeBelow(0.8);
   const std::vector<FoundRoom> found = FindRooms(SquareWalls(), free, {});
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_NEAR(Area(found[0].polygon), 16, 0.1);
@@ -286,6 +284,7 @@ TEST(Rooms, AreClosedAtCornersThatNobodySaw) {
   EXPECT_THAT(FindRooms(walls, free, {}), SizeIs(2));
 }
 
+// A room has a floor even where it is too dark, or too far, to be measured.
 TEST(HorizontalPlanes, AFloorThatWasNotSeenIsThatOfTheStorey) {
   Room room = SquareRoom();
   std::vector<BuildingPlane> planes;

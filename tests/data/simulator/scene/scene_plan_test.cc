@@ -95,13 +95,13 @@ TEST(ScenePlan, AWallAcrossThePixelsOfADrawingThatWasMadeLargerIsStraight) {
   const TempFolder folder;
   cv::imwrite(folder.Path("plan.png"), drawing);
   const std::string scene = folder.Write(
-      "scene.yaml", "plan: {image: plan.png, pixel_m: 0.02, furniture: 0, floor: carpet}\n");
+      "scene.yaml", "plan: {image: plan.png, pixel_m: 0.01, furniture: 0, floor: carpet}\n");
   const std::vector<TrueWall> walls = TrueWalls(ReadScene(scene));
-  // The wall is 6.1 m long.
+  // The wall is 3.05 m long.
   EXPECT_EQ(std::ranges::count_if(walls,
                                   [](const TrueWall& wall) {
                                     const auto& corners = wall.outline_world;
-                                    return (corners[1] - corners[0]).head<2>().norm() > 5;
+                                    return (corners[1] - corners[0]).head<2>().norm() > 2.5;
                                   }),
             2);
 }
