@@ -44,7 +44,12 @@ struct LevelData {
 std::vector<WallFace> MakeWalls(const std::vector<BuiltFace>& faces) {
   std::vector<WallFace> walls;
   for (const BuiltFace& built : faces) {
-    if (built.is_wall) walls.push_back(built.wall);
+    if (!built.is_wall) continue;
+    WallFace wall = built.wall;
+    for (const FaceOpening& opening : built.openings) {
+      if (opening.kind == OpeningKind::kDoor) wall.doors.push_back({opening.from_m, opening.to_m});
+    }
+    walls.push_back(std::move(wall));
   }
   return walls;
 }
@@ -218,8 +223,6 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (!built.is_wall) continue;
     built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
-    for (const FaceOpening& at : built.openings)
-      if (at.kind == OpeningKind::kDoor) built.wall.doors.push_back({at.from_m, at.to_m});
   }
   CutAtNiches(&data->faces);
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);

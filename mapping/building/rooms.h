@@ -17,7 +17,7 @@ struct WallFace {
   double step_m = 0.05;
   double measured_m = 0;             // of its length, without what was not seen between
   std::vector<bool> is_solid = {};   // of each step: from floor to top, hardly a ray went through
-  std::vector<Interval> doors = {};  // along the face
+  std::vector<Interval> doors = {};  // along the face, where rooms are looked for
 };
 
 // What a room is in the plan.

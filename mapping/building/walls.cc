@@ -225,11 +225,9 @@ BuiltFace CutToStretch(BuiltFace built, const Interval& stretch) {
   wall.is_solid.clear();
   wall.face.from_m = stretch.from_m;
   wall.face.to_m = stretch.to_m;
-  const auto is_outside = [&](const auto& part) {
-    return part.from_m < stretch.from_m || part.to_m > stretch.to_m;
-  };
-  std::erase_if(built.openings, is_outside);
-  std::erase_if(wall.doors, is_outside);
+  std::erase_if(built.openings, [&](const FaceOpening& opening) {
+    return opening.from_m < stretch.from_m || opening.to_m > stretch.to_m;
+  });
   return built;
 }
 

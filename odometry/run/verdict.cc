@@ -86,6 +86,7 @@ struct JudgedFigure {
   double unit_scale;  // of that to the figure's
   const char* words;  // what the number is of
   const char* remedy;
+  bool fails_by_mean = false;  // two bad seconds alone do not fail a run
 };
 
 const JudgedFigure kFigures[] = {
@@ -93,7 +94,8 @@ const JudgedFigure kFigures[] = {
      "of the points followed far from where the motion has them",
      "let slcmap check name what is wrong with calibration, stamps or IMU, and correct it; of a "
      "rolling shutter, let --config set calibration: {readout: true}; or most of what the cameras "
-     "see moves itself"},
+     "see moves itself",
+     true},
     {"observations-rejected", &RunFigures::observations_rejected,
      &VerdictOptions::observations_rejected, " %", 100,
      "of the observations of points do not fit the motion and their place", kCheckRemedy},
@@ -121,11 +123,10 @@ void JudgeFigure(const JudgedFigure& judged, const RunFigures& figures,
   if (figure.count == 0) return;
   VerdictLevel level = FindLevel(figure.worst, limits);
   if (level == VerdictLevel::kGood) return;
-  // Somebody who walks past fills two seconds with points that are rightly rejected. A fault of the
-  // rig does so all along.
-  if (judged.figure == &RunFigures::points_rejected && std::isfinite(figure.worst) &&
-      figure.mean <= limits.doubtful)
-    level = VerdictLevel::kDoubtful;
+  // Somebody who walks past fills two seconds with points that are rightly rejected. Most faults of
+  // a rig do so all along.
+  const bool is_short = std::isfinite(figure.worst) && figure.mean <= limits.doubtful;
+  if (judged.fails_by_mean && is_short) level = VerdictLevel::kDoubtful;
   const auto told = [&](double value) {
     return fmt::format("{:.3g}{}", judged.unit_scale * value, judged.unit);
   };

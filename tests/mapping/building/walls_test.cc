@@ -134,7 +134,7 @@ TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
 
 TEST(WallBodies, TypicalThicknessIsThatOfMostWalls) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5),  FaceAt(1.0, -1, 0, 5),
-                                       FaceAt(9.4, 1, 0, 2),  FaceAt(9.0, -1, 0, 2),
+                                       FaceAt(9.4, 1, 0, 20), FaceAt(9.0, -1, 0, 20),
                                        FaceAt(20.1, 1, 0, 1), FaceAt(20.0, -1, 0, 1)};
   EXPECT_NEAR(TypicalThickness(MakeBodies(walls, {}), {}), 0.2, 1e-12);
   BuildingOptions options;
