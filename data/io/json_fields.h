@@ -45,9 +45,13 @@ class JsonWriter {
     json[key] = value ? Json(RoundedForJson(*value)) : Json();
   }
   void Value(const char* key, const auto& value) { json[key] = value; }
-  // Only texts that say something.
-  void Said(const char* key, const std::string& text) {
-    if (!text.empty()) json[key] = text;
+  // Only what says something.
+  template <typename T>
+  void Said(const char* key, const T& value) {
+    if (value != T()) json[key] = value;
+  }
+  void SaidList(const char* key, const auto& things) {
+    if (!things.empty()) List(key, things);
   }
   void Named(const char* key, const auto& kind, const auto& names) {
     json[key] = names[static_cast<size_t>(kind)];
@@ -71,13 +75,14 @@ class JsonWriter {
   void List(const char* key, const auto& things) { json[key] = WriteList(things); }
   void Place(const char*, const auto&) {}
 
+  static Json Write(const auto& thing) {
+    JsonWriter fields;
+    Describe(fields, thing);
+    return std::move(fields.json);
+  }
   static Json WriteList(const auto& things) {
     Json list = Json::array();
-    for (const auto& thing : things) {
-      JsonWriter fields;
-      Describe(fields, thing);
-      list.push_back(std::move(fields.json));
-    }
+    for (const auto& thing : things) list.push_back(Write(thing));
     return list;
   }
 
@@ -111,7 +116,14 @@ class JsonReader {
   void Value(const char* key, T& value) const {
     value = json_.at(key).get<T>();
   }
-  void Said(const char* key, std::string& text) const { text = json_.value(key, std::string()); }
+  template <typename T>
+  void Said(const char* key, T& value) const {
+    value = json_.value(key, T());
+  }
+  template <typename T>
+  void SaidList(const char* key, std::vector<T>& things) const {
+    if (json_.contains(key)) List(key, things);
+  }
   template <typename Kind>
   void Named(const char* key, Kind& kind, const auto& names) const {
     const auto found = json_.at(key).get<std::string>();
@@ -155,12 +167,16 @@ class JsonReader {
   void Place(const char* what, const auto& id) { place_ += fmt::format(": {} {}", what, id); }
 
   template <typename T>
+  static T Read(const std::string& place, const Json& json) {
+    T thing;
+    JsonReader fields(place, json);
+    Describe(fields, thing);
+    return thing;
+  }
+  template <typename T>
   static std::vector<T> ReadList(const std::string& place, const Json& list) {
     std::vector<T> things;
-    for (const Json& json : list) {
-      JsonReader fields(place, json);
-      Describe(fields, things.emplace_back());
-    }
+    for (const Json& json : list) things.push_back(Read<T>(place, json));
     return things;
   }
 

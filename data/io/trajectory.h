@@ -18,13 +18,8 @@ struct StampedPose {
 
 using Trajectory = std::vector<StampedPose>;  // sorted by stamp, no stamp twice
 
-// Reads "stamp_s x y z qx qy qz qw" rows; '#' starts a comment; commas and CRLF are accepted.
-// Stamps are parsed as decimal text, so that nanoseconds survive. Throws DataError naming file and
-// row on a row that cannot be read, on NaN, on unsorted stamps and on an empty file.
-Trajectory ReadTumTrajectory(const std::string& path);
-
-// Reads a file of either form, or as others write them (ReadPoseTable in data/io/pose_file.h), as
-// it is.
+// Reads poses of the IMU as slcmap or others write them (ReadPoseTable in data/io/pose_file.h), as
+// they are.
 Trajectory ReadTrajectory(const std::string& path);
 
 // One TUM row with its end of line, and the comment that opens a file of them.

@@ -13,6 +13,7 @@
 #include "data/io/file.h"
 #include "data/io/json.h"
 #include "data/io/ply.h"
+#include "data/io/pose_file.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence_options_json.h"
 #include "mapping/map/building.h"
@@ -240,7 +241,7 @@ bool HasFile(const std::string& folder, const Json& summary, const char* name) {
 // A file of no poses is no trajectory file for other readers.
 Trajectory ReadPoses(const std::string& path) {
   if (ReadFile(path) == kTumHeader) return {};
-  const Trajectory trajectory = ReadTumTrajectory(path);
+  const Trajectory trajectory = CollectPoses(ReadPoseTable(path, {.stamps = "s"}), {}, {});
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const double farthest_m = trajectory[i].T_world_imu.translation.cwiseAbs().maxCoeff();
     if (farthest_m <= kMaxCoordinate_m) continue;

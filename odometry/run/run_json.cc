@@ -43,7 +43,7 @@ Json SegmentsJson(const OdometryRun& run) {
   return json;
 }
 
-struct JsonMaker {
+struct RowMaker {
   Json json = Json::object();
 
   template <typename T>
@@ -52,7 +52,7 @@ struct JsonMaker {
   }
 };
 
-struct JsonReader {
+struct RowReader {
   const std::string place;
   const Json& json;
 
@@ -71,7 +71,7 @@ template <typename Direction>
 Json DirectionsJson(const std::vector<Direction>& directions) {
   Json json = Json::array();
   for (const Direction& direction : directions) {
-    JsonMaker maker;
+    RowMaker maker;
     VisitFields(maker, direction);
     json.push_back(std::move(maker.json));
   }
@@ -82,7 +82,7 @@ template <typename Direction>
 std::vector<Direction> ParseDirections(const std::string& path, const char* key, const Json& json) {
   std::vector<Direction> directions;
   for (const Json& direction : json.at(key)) {
-    JsonReader reader{fmt::format("{}: {}[{}]", path, key, directions.size()), direction};
+    RowReader reader{fmt::format("{}: {}[{}]", path, key, directions.size()), direction};
     VisitFields(reader, directions.emplace_back());
   }
   return directions;
@@ -162,46 +162,32 @@ Json TrackLengthsJson(const PointTrackLengths& lives) {
   return {{"points", lives.points}, {"seen_once", lives.seen_once}};
 }
 
-Json MatrixJson(const RigidTransform& transform) {
-  const Eigen::Matrix4d matrix = transform.Matrix();
+// Row by row.
+template <int kRows, int kColumns>
+Json MatrixJson(const Eigen::Matrix<double, kRows, kColumns>& matrix) {
   Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
-  }
+  for (const auto& row : matrix.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
   return rows;
 }
 
-RigidTransform ParseMatrix(const Json& json, const std::string& name) {
-  Eigen::Matrix4d matrix;
-  for (int r = 0; r < 4; ++r) {
-    for (int c = 0; c < 4; ++c) matrix(r, c) = json.at(r).at(c).get<double>();
+template <typename Matrix>
+Matrix ParseMatrix(const Json& json) {
+  Matrix matrix;
+  for (int r = 0; r < matrix.rows(); ++r) {
+    for (int c = 0; c < matrix.cols(); ++c) matrix(r, c) = json.at(r).at(c).get<double>();
   }
-  return RigidTransformFromMatrix(matrix, name);
-}
-
-Json CorrectionJson(const ImuCorrection& correction) {
-  const auto rows = [](const Eigen::Matrix3d& m) {
-    Json json = Json::array();
-    for (int r = 0; r < 3; ++r) json.push_back({m(r, 0), m(r, 1), m(r, 2)});
-    return json;
-  };
-  return {{"accel", rows(correction.accel)}, {"gyro", rows(correction.gyro)}};
+  return matrix;
 }
 
 ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
   constexpr double kMaxEntry = 10;
   const auto matrix = [&](const char* key) {
-    Eigen::Matrix3d m;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) m(r, c) = json.at(key).at(r).at(c).get<double>();
-    }
-    if (!(m.cwiseAbs().maxCoeff() <= kMaxEntry)) {
-      throw DataError(
-          fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
-                      "identity",
-                      place, key, kMaxEntry));
-    }
-    return m;
+    const auto m = ParseMatrix<Eigen::Matrix3d>(json.at(key));
+    if (m.cwiseAbs().maxCoeff() <= kMaxEntry) return m;
+    throw DataError(
+        fmt::format("{}: {}: found entries beyond {}, expected a matrix near the identity", place,
+                    key, kMaxEntry));
   };
   return {matrix("accel"), matrix("gyro")};
 }
@@ -216,27 +202,13 @@ Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
                {"cy_px", camera.cy_px},
                {"distortion", GetName(camera.distortion)},
                {"coefficients", {k[0], k[1], k[2], k[3]}},
-               {"T_imu_camera", MatrixJson(T_imu_camera)}};
+               {"T_imu_camera", MatrixJson(T_imu_camera.Matrix())}};
   const auto& higher = camera.higher_coefficients;
   if (!higher.isZero(0)) {
     json["higher_coefficients"] = std::vector<double>(higher.begin(), higher.end());
   }
   if (!camera.shape.isZero(0)) json["shape"] = {camera.shape[0], camera.shape[1]};
   return json;
-}
-
-ImuNoise ParseNoise(const std::string& place, const Json& json) {
-  constexpr double kMaxDensity = 1e3, kMaxRate_hz = 1e6;
-  const auto read = [&](const char* key, double most) {
-    return BoundedAt(place, json, key, 0.0, most);
-  };
-  ImuNoise noise;
-  noise.gyro_noise_rad_s_sqrthz = read("gyro_noise_rad_s_sqrthz", kMaxDensity);
-  noise.gyro_walk_rad_s2_sqrthz = read("gyro_walk_rad_s2_sqrthz", kMaxDensity);
-  noise.accel_noise_m_s2_sqrthz = read("accel_noise_m_s2_sqrthz", kMaxDensity);
-  noise.accel_walk_m_s3_sqrthz = read("accel_walk_m_s3_sqrthz", kMaxDensity);
-  noise.rate_hz = read("rate_hz", kMaxRate_hz);
-  return noise;
 }
 
 Camera ParseCamera(const Json& json, const std::string& name) {
@@ -268,6 +240,51 @@ Camera ParseCamera(const Json& json, const std::string& name) {
 
 }  // namespace
 
+constexpr double kMaxFigure = 1e300, kMaxTiming = 1e12;
+constexpr int64_t kMaxCount = 1'000'000'000'000;
+
+template <typename Fields>
+void Describe(Fields& fields, Of<ImuNoise> auto& noise) {
+  constexpr double kMaxDensity = 1e3, kMaxRate_hz = 1e6;
+  fields.Number("gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz, 0, kMaxDensity, kExact);
+  fields.Number("gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz, 0, kMaxDensity, kExact);
+  fields.Number("accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz, 0, kMaxDensity, kExact);
+  fields.Number("accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz, 0, kMaxDensity, kExact);
+  fields.Number("rate_hz", noise.rate_hz, 0, kMaxRate_hz, kExact);
+}
+
+template <typename Fields>
+void Describe(Fields& fields, Of<FigureSummary> auto& figure) {
+  fields.Number("mean", figure.mean, 0, kMaxFigure, kExact);
+  fields.Number("worst", figure.worst, 0, kMaxFigure, kExact);
+  fields.Integer("count", figure.count, 0, kMaxCount);
+}
+
+template <typename Fields>
+void Describe(Fields& fields, Of<StageTiming> auto& stage) {
+  fields.Value("name", stage.name);
+  fields.Number("wall_s", stage.wall_s, 0, kMaxTiming, kExact);
+  fields.Integer("calls", stage.calls, 0, kMaxCount);
+}
+
+template <typename Fields>
+void Describe(Fields& fields, Of<RealTimeReport> auto& report) {
+  fields.Integer("skipped_images", report.skipped_images, 0, kMaxCount);
+  fields.Number("latency_median_s", report.latency_median_s, 0, kMaxTiming, kExact);
+  fields.Number("latency_95_s", report.latency_95_s, 0, kMaxTiming, kExact);
+}
+
+template <typename Fields>
+void Describe(Fields& fields, Of<RunTimings> auto& timings) {
+  fields.Number("cpu_s", timings.cpu_s, 0, kMaxTiming, kExact);
+  fields.Number("wall_s", timings.wall_s, 0, kMaxTiming, kExact);
+  fields.Number("peak_memory_mib", timings.peak_memory_mib, 0, kMaxTiming, kExact);
+  fields.Integer("stereo_frames", timings.stereo_frames, 0, kMaxCount);
+  fields.Number("data_s", timings.data_s, 0, kMaxTiming, kExact);
+  fields.Integer("window_iterations", timings.window_iterations, 0, kMaxCount);
+  fields.List("stages", timings.stages);
+}
+
 std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json& json) {
   auto warnings = json.get<std::map<std::string, int64_t>>();
   for (const auto& [kind, count] : warnings) {
@@ -294,25 +311,16 @@ std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& ru
 
 Json FiguresJson(const RunFigures& figures) {
   Json json;
-  for (const auto& [name, member] : kRunFigures) {
-    const FigureSummary& figure = figures.*member;
-    json[name] = {{"mean", figure.mean}, {"worst", figure.worst}, {"count", figure.count}};
-  }
+  for (const auto& [name, member] : kRunFigures) json[name] = JsonWriter::Write(figures.*member);
   return json;
 }
 
-constexpr int64_t kMaxCount = 1'000'000'000'000;
-
 RunFigures ParseFigures(const std::string& path, const Json& json) {
-  constexpr double kMaxFigure = 1e300;
   RunFigures figures;
   for (const auto& [name, member] : kRunFigures) {
     if (!json.contains(name)) continue;
-    const Json& figure = json.at(name);
     const std::string place = fmt::format("{}: figures: {}", path, name);
-    figures.*member = {BoundedAt(place, figure, "mean", 0.0, kMaxFigure),
-                       BoundedAt(place, figure, "worst", 0.0, kMaxFigure),
-                       BoundedAt(place, figure, "count", int64_t{0}, kMaxCount)};
+    figures.*member = JsonReader::Read<FigureSummary>(place, json.at(name));
   }
   return figures;
 }
@@ -377,19 +385,13 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
 }
 
 void WriteRig(const std::string& path, const Rig& rig) {
-  const ImuNoise& noise = rig.imu_noise;
   Json cameras = Json::array(), masks = Json::array();
   for (size_t i = 0; i < rig.cameras.size(); ++i) {
     cameras.push_back(CameraJson(rig.cameras[i], rig.T_imu_camera[i]));
     masks.push_back(CollectRuns(rig.masks[i]));
   }
   Json json = {{"cameras", cameras},
-               {"imu_noise",
-                {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
-                 {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
-                 {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
-                 {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
-                 {"rate_hz", noise.rate_hz}}},
+               {"imu_noise", JsonWriter::Write(rig.imu_noise)},
                {"camera_time_offset_s", rig.camera_time_offset_s}};
   const auto is_given = [](const cv::Mat& mask) { return !mask.empty(); };
   if (std::ranges::any_of(rig.masks, is_given)) json["masks"] = masks;
@@ -400,7 +402,10 @@ void WriteRig(const std::string& path, const Rig& rig) {
     }
     json["readout_s"] = rig.readout_s;
   }
-  if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
+  if (!IsIdentity(rig.imu_correction)) {
+    json["imu_correction"] = {{"accel", MatrixJson(rig.imu_correction.accel)},
+                              {"gyro", MatrixJson(rig.imu_correction.gyro)}};
+  }
   WriteJsonFile(path, json);
 }
 
@@ -414,9 +419,10 @@ Rig ReadRig(const std::string& path) {
       rig.cameras[i] = ParseCamera(camera, name);
       // The second camera of a rig that has one has no size.
       if (i == 0 || rig.cameras[i].width_px != 0) rig.cameras[i].Check(name);
-      rig.T_imu_camera[i] = ParseMatrix(camera.at("T_imu_camera"), name + ": T_imu_camera");
+      rig.T_imu_camera[i] = RigidTransformFromMatrix(
+          ParseMatrix<Eigen::Matrix4d>(camera.at("T_imu_camera")), name + ": T_imu_camera");
     }
-    rig.imu_noise = ParseNoise(path + ": imu_noise", json.at("imu_noise"));
+    rig.imu_noise = JsonReader::Read<ImuNoise>(path + ": imu_noise", json.at("imu_noise"));
     rig.camera_time_offset_s =
         BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
     if (json.contains("masks")) {
@@ -441,50 +447,16 @@ Rig ReadRig(const std::string& path) {
 }
 
 void WriteTimings(const std::string& path, const RunTimings& timings) {
-  Json stages = Json::array();
-  for (const StageTiming& stage : timings.stages) {
-    stages.push_back({{"name", stage.name}, {"wall_s", stage.wall_s}, {"calls", stage.calls}});
-  }
-  Json json = {{"cpu_s", timings.cpu_s},
-               {"wall_s", timings.wall_s},
-               {"peak_memory_mib", timings.peak_memory_mib},
-               {"stereo_frames", timings.stereo_frames},
-               {"data_s", timings.data_s},
-               {"window_iterations", timings.window_iterations},
-               {"stages", stages}};
-  if (timings.real_time) {
-    json["real_time"] = {{"skipped_images", timings.real_time->skipped_images},
-                         {"latency_median_s", timings.real_time->latency_median_s},
-                         {"latency_95_s", timings.real_time->latency_95_s}};
-  }
+  Json json = JsonWriter::Write(timings);
+  if (timings.real_time) json["real_time"] = JsonWriter::Write(*timings.real_time);
   WriteJsonFile(path, json);
 }
 
 RunTimings ReadTimings(const std::string& path) {
-  constexpr double kMaxFigure = 1e12;
   return ParseJsonFile(path, [&](const Json& json) {
-    const auto figure = [&](const Json& object, const char* key) {
-      return BoundedAt(path, object, key, 0.0, kMaxFigure);
-    };
-    const auto count = [&](const Json& object, const char* key) {
-      return BoundedAt(path, object, key, int64_t{0}, kMaxCount);
-    };
-    RunTimings timings;
-    timings.cpu_s = figure(json, "cpu_s");
-    timings.wall_s = figure(json, "wall_s");
-    timings.peak_memory_mib = figure(json, "peak_memory_mib");
-    timings.stereo_frames = count(json, "stereo_frames");
-    timings.data_s = figure(json, "data_s");
-    timings.window_iterations = count(json, "window_iterations");
-    for (const Json& stage : json.at("stages")) {
-      timings.stages.push_back(
-          {stage.at("name").get<std::string>(), figure(stage, "wall_s"), count(stage, "calls")});
-    }
+    auto timings = JsonReader::Read<RunTimings>(path, json);
     if (json.contains("real_time")) {
-      const Json& real_time = json.at("real_time");
-      timings.real_time = {count(real_time, "skipped_images"),
-                           figure(real_time, "latency_median_s"),
-                           figure(real_time, "latency_95_s")};
+      timings.real_time = JsonReader::Read<RealTimeReport>(path, json.at("real_time"));
     }
     return timings;
   });

@@ -307,8 +307,7 @@ std::vector<Target> DataTargets() {
           {[=](const auto& path) { ReadAslImages(fs::path(path).parent_path(), warnings.get()); },
            [=](const auto& path) { ReadAslImu(path, warnings.get()); }}),
       OfFile("trajectory", "trajectory.txt", NoSeeds,
-             {[](const auto& path) { ReadTrajectory(path); },
-              [](const auto& path) { ReadTumTrajectory(path); }}),
+             {[](const auto& path) { ReadTrajectory(path); }}),
       OfFile("image", "image", Images,
              {[](const auto& path) {
                 ReadGrayImage(path, {16, 12});

@@ -149,7 +149,7 @@ class PosedMaps : public ::testing::Test {
   static void WritePoses() {
     constexpr int64_t kStep_ns = 50'000'000;
     std::array<Trajectory, 2> poses;
-    for (const StampedPose& pose : ReadTumTrajectory(Path("seq/truth/trajectory.tum"))) {
+    for (const StampedPose& pose : ReadTrajectory(Path("seq/truth/trajectory.tum"))) {
       if (pose.stamp_ns % kStep_ns == 0) poses[pose.stamp_ns / kStep_ns % 2].push_back(pose);
     }
     WriteTumTrajectory(Path("even.tum"), poses[0]);

@@ -53,14 +53,14 @@ TEST(Trajectory, ErrorsNameFileAndRow) {
   const TempFolder folder;
   const auto message = [&](const std::string& text) {
     const std::string path = folder.Write("bad.tum", text);
-    return MessageOf<DataError>([&] { ReadTumTrajectory(path); });
+    return MessageOf<DataError>([&] { ReadTrajectory(path); });
   };
   const std::string good = "1.0 0 0 0 0 0 0 1\n";
   EXPECT_THAT(message(good + "2.0 0 0 nan 0 0 0 1\n"),
               AllOf(HasSubstr("bad.tum: row 2"), HasSubstr("'nan'")));
   EXPECT_THAT(message(good + "2.0 0 0\n"), HasSubstr("row 2: found 3 columns, expected 8"));
   EXPECT_THAT(message(good + "x 0 0 0 0 0 0 1\n"), HasSubstr("row 2: found 'x', expected a stamp"));
-  EXPECT_THAT(message(good + good), HasSubstr("row 2: found stamp"));
+  EXPECT_THAT(message(good + good), HasSubstr("found 1 stamps of 2 that are those of another"));
   EXPECT_THAT(message(good + "2.0 0 0 0 0 0 0 0\n"), HasSubstr("quaternion of norm 0"));
   EXPECT_THAT(message("# nothing\n"), HasSubstr("found no pose"));
   // Stamps whose differences overflow.
