@@ -19,7 +19,7 @@ void Describe(Fields& fields, Of<TrueOpening> auto& opening) {
   fields.Value("id", opening.id);
   fields.Named("kind", opening.is_door, kKinds);
   fields.Value("is_open", opening.is_open);
-  fields.Value("is_clear", opening.is_clear);
+  fields.Said("is_clear", opening.is_clear);  // earlier recordings know of no clear glass
   fields.Number("looked_through", opening.looked_through, 0, 1);
   fields.Number("clear_width_m", opening.clear_width_m, 0, kMostLength_m);
   fields.Points("outline", opening.outline_world, 3, kMostLength_m);
