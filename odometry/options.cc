@@ -13,14 +13,10 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("points", options.points);
   visit("window", options.window);
   visit("keyframes", options.keyframes);
-  visit("initializer", options.initializer);
   visit("calibration", options.calibration);
   visit("failure", options.failure);
   visit("lines", options.lines);
-  visit("manhattan", options.manhattan);
-  visit("line_classifier", options.line_classifier);
   visit("slopes", options.slopes);
-  visit("points_on_lines", options.points_on_lines);
   visit("line_landmarks", options.line_landmarks);
   visit("building_deviation", options.building_deviation);
 }
@@ -33,6 +29,7 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
     std::string method = MethodName(options.method);
     root.Read("method", &method);
     options.method = MethodFromName(method);
+    root.Retire({"initializer", "manhattan", "line_classifier", "points_on_lines"});
     ForEachSection(options,
                    [&](const char* key, auto& section) { section.Read(root.Section(key)); });
     options.Check();

@@ -14,6 +14,7 @@ namespace {
 
 using cv::line_descriptor::KeyLine;
 
+constexpr int kMaxDescriptorBits = 60;          // of 256, between observations of one line
 constexpr double kMinLeadBits = 10;             // of the best match before the second best
 constexpr double kMinStereoCorrelation = 0.85;  // of the pictures beside the left and right segment
 constexpr double kMinStereoLead = 0.03;         // of the best correlation before the second best
@@ -309,8 +310,7 @@ std::optional<double> StereoCost(const cv::Mat& left_image, const cv::Mat& right
 
 std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
                                               const std::vector<ExpectedSegment>& expected,
-                                              const std::vector<LineSegment>& segments,
-                                              const LineMatcherOptions& options) {
+                                              const std::vector<LineSegment>& segments) {
   std::vector<std::optional<int>> matches(expected.size());
   if (expected.empty() || segments.empty()) return matches;
   CostTable costs(expected.size(), segments.size());
@@ -326,7 +326,7 @@ std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
     for (size_t s = 0; s < segments.size(); ++s) {
       if (!std::isfinite(costs(e, s))) continue;
       const int bits = DescriptorDistance(expected[e].descriptor, descriptors[s]);
-      costs(e, s) = bits <= options.max_descriptor_bits ? costs(e, s) + bits : kRejected;
+      costs(e, s) = bits <= kMaxDescriptorBits ? costs(e, s) + bits : kRejected;
     }
   }
   const auto alike = [&](int a, int b) { return SameLine(segments[a], segments[b]); };

@@ -49,8 +49,7 @@ struct ExpectedSegment {
 // nothing where none passes the gates or a second one is as likely.
 std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
                                               const std::vector<ExpectedSegment>& expected,
-                                              const std::vector<LineSegment>& segments,
-                                              const LineMatcherOptions& options);
+                                              const std::vector<LineSegment>& segments);
 
 // True where the two can be one edge: on the same rows, at a possible disparity, and alike.
 bool IsStereoMatch(const cv::Mat& left_image, const cv::Mat& right_image, const LineSegment& left,

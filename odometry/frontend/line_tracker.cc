@@ -268,7 +268,7 @@ class LineTracker::Impl {
     DescribeLost(ids);
     std::vector<ExpectedSegment> expected;
     for (const int64_t id : ids) expected.push_back(ExpectedNow(known_.at(id)));
-    const auto matches = MatchExpected(left_, expected, *segments, options_.matcher);
+    const auto matches = MatchExpected(left_, expected, *segments);
     std::vector<char> taken(segments->size(), 0);
     for (size_t i = 0; i < ids.size() && Room() > 0; ++i) {
       if (!matches[i]) continue;

@@ -17,13 +17,12 @@ void RectifierOptions::Read(YamlSection section) { kRectifier.Read(section, this
 constexpr OptionTable kPointTracker{
     Option{"max_points", &PointTrackerOptions::max_points, 1, 10000},
     Option{"min_distance_px", &PointTrackerOptions::min_distance_px, 3.0, 1000.0},
-    Option{"pyramid_levels", &PointTrackerOptions::pyramid_levels, 1, 8},
-    Option{"patch_px", &PointTrackerOptions::patch_px, 5, 63},
     Option{"min_corner_gradient", &PointTrackerOptions::min_corner_gradient, 0.0, 255.0}};
 
 void PointTrackerOptions::Check() const { kPointTracker.Check("points", *this); }
 void PointTrackerOptions::Read(YamlSection section) {
-  kPointTracker.Read(section, this, {"min_correlation", "max_epipolar_px"});
+  kPointTracker.Read(section, this,
+                     {"min_correlation", "max_epipolar_px", "pyramid_levels", "patch_px"});
 }
 
 constexpr std::pair<LineDetectorKind, const char*> kLineDetectors[] = {
@@ -46,27 +45,14 @@ std::string LineDetectorName(LineDetectorKind kind) {
 }
 
 constexpr OptionTable kLineDetector{
-    Option{"scale", &LineDetectorOptions::scale, 0.1, 1.0},
-    Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0},
-    Option{"max_join_gap_px", &LineDetectorOptions::max_join_gap_px, 0.0, 1000.0},
-    Option{"max_segments", &LineDetectorOptions::max_segments, 1, 10000}};
+    Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0}};
 
 void LineDetectorOptions::Check() const { kLineDetector.Check("lines.detector", *this); }
 void LineDetectorOptions::Read(YamlSection section) {
   std::string name = LineDetectorName(kind);
   section.Read("kind", &name);
   kind = LineDetectorFromName(name);
-  kLineDetector.Read(section, this);
-}
-
-constexpr OptionTable kLineMatcher{
-    Option{"max_descriptor_bits", &LineMatcherOptions::max_descriptor_bits, 0, 256}};
-
-void LineMatcherOptions::Check() const { kLineMatcher.Check("lines.matcher", *this); }
-void LineMatcherOptions::Read(YamlSection section) {
-  kLineMatcher.Read(section, this,
-                    {"min_lead_bits", "min_correlation", "min_stereo_correlation",
-                     "min_stereo_lead", "max_disparity"});
+  kLineDetector.Read(section, this, {"scale", "max_join_gap_px", "max_segments"});
 }
 
 constexpr OptionTable kLineTracker{Option{"max_lines", &LineTrackerOptions::max_lines, 1, 1000}};
@@ -74,13 +60,11 @@ constexpr OptionTable kLineTracker{Option{"max_lines", &LineTrackerOptions::max_
 void LineTrackerOptions::Check() const {
   kLineTracker.Check("lines", *this);
   detector.Check();
-  matcher.Check();
 }
 void LineTrackerOptions::Read(YamlSection section) {
   detector.Read(section.Section("detector"));
-  matcher.Read(section.Section("matcher"));
   kLineTracker.Read(section, this,
-                    {"max_misses", "gate_sigmas", "min_gate_px", "predicted_angle_rad",
+                    {"matcher", "max_misses", "gate_sigmas", "min_gate_px", "predicted_angle_rad",
                      "max_parallax_px", "moved_angle_rad"});
 }
 

@@ -44,15 +44,8 @@ struct LineDetectorOptions {
   void Read(YamlSection section);
 };
 
-struct LineMatcherOptions {
-  int max_descriptor_bits = 60;  // of 256, between observations of one line
-  void Check() const;
-  void Read(YamlSection section);
-};
-
 struct LineTrackerOptions {
   LineDetectorOptions detector;
-  LineMatcherOptions matcher;
   int max_lines = 60;  // followed at once; SLC-VIO keeps 35
   void Check() const;
   void Read(YamlSection section);

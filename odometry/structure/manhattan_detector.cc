@@ -29,6 +29,7 @@ constexpr int kMinImagesOneAxis = 25;
 constexpr double kMaxRunnerUpOneAxis = 0.3;
 
 // What detectors and lenses leave uncorrected, however long the segment is.
+constexpr double kDirectionSigma_rad = 0.004;  // of the building's directions in the camera
 constexpr double kSystematicSigma_rad = 0.001;
 
 }  // namespace
@@ -246,11 +247,8 @@ HeadingEvidence Weigh(const Images& images, double heading_rad) {
 
 }  // namespace
 
-ManhattanDetector::ManhattanDetector(const ManhattanOptions& options, double end_sigma_px,
-                                     double focal_px)
-    : options_(options), end_sigma_(end_sigma_px / focal_px), focal_px_(focal_px) {
-  options_.Check();
-}
+ManhattanDetector::ManhattanDetector(const ManhattanOptions& options, double focal_px)
+    : options_(options), end_sigma_(kAloneEndSigma_px / focal_px), focal_px_(focal_px) {}
 
 std::vector<HeadingEvidence> ManhattanDetector::AddImage(const std::vector<LineSegment>& segments,
                                                          const Eigen::Matrix3d& R_world_camera) {
@@ -348,11 +346,6 @@ std::vector<StructuralDirection> StructuralDirections(
   return out;
 }
 
-LineClassifier::LineClassifier(const LineClassifierOptions& options, double focal_px)
-    : options_(options), end_sigma_(options.end_sigma_px / focal_px) {
-  options_.Check();
-}
-
 std::optional<LineClass> LineClassifier::Classify(
     const LineSegment& segment, const Eigen::Matrix3d& R_world_camera,
     const std::vector<std::optional<double>>& headings_rad) const {
@@ -361,8 +354,7 @@ std::optional<LineClass> LineClassifier::Classify(
   double best_sigmas = std::numeric_limits<double>::infinity();
   int possible = 0;
   for (const StructuralDirection& direction : StructuralDirections(headings_rad)) {
-    const VanishingAngle v =
-        AngleToVanishingPoint(plane, direction.d_world, options_.direction_sigma_rad);
+    const VanishingAngle v = AngleToVanishingPoint(plane, direction.d_world, kDirectionSigma_rad);
     const double sigmas = v.angle_rad / v.sigma_rad;
     if (sigmas < kMinSigmasToOthers) ++possible;
     if (sigmas > kMaxSigmasToDirection || v.angle_rad > kMaxAngleToDirection_rad) continue;

@@ -63,9 +63,8 @@ struct HeadingEvidence {
 // section 3.3, has vanishing points instead). Votes of all images of a memory are taken together.
 class ManhattanDetector {
  public:
-  // end_sigma_px: standard deviation of a segment's ends, across it. focal_px: of the rectified
-  // left camera. Throws ConfigError on options out of range.
-  ManhattanDetector(const ManhattanOptions& options, double end_sigma_px, double focal_px);
+  // focal_px: of the rectified left camera.
+  ManhattanDetector(const ManhattanOptions& options, double focal_px);
 
   // The segments of a keyframe's left image on the plane z = 1, the more the better, and the
   // rotation of that camera in a world whose z is up. Returns headings that are now certain and
@@ -134,8 +133,8 @@ std::vector<StructuralDirection> StructuralDirections(
 // this class judges them once they have been seen often enough.
 class LineClassifier {
  public:
-  // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
-  LineClassifier(const LineClassifierOptions& options, double focal_px);
+  // focal_px: of the rectified left camera.
+  explicit LineClassifier(double focal_px) : end_sigma_(kAloneEndSigma_px / focal_px) {}
 
   // The class of a segment on the plane z = 1 of a camera (SLC-VIO, section 3.4). Without headings
   // only the vertical is recognised.
@@ -144,7 +143,6 @@ class LineClassifier {
                                     const std::vector<std::optional<double>>& headings_rad) const;
 
  private:
-  LineClassifierOptions options_;
   double end_sigma_;  // on the plane z = 1
 };
 

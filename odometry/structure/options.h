@@ -24,34 +24,17 @@ struct ManhattanOptions {
   double min_mean_length_px = 500;  // of the segments for it, an image
   double min_share = 0.55;
   double min_minor_share = 0.12;  // along the axis with fewer lines
-  void Check() const;
-  void Read(YamlSection section);
 };
 
-// To which direction of a building a line belongs; see odometry/structure/manhattan_detector.h.
-struct LineClassifierOptions {
-  // Of a segment's ends, across it, where one image alone has to say what the segment follows; of
-  // the votes for headings too. What lenses and edges leave uncorrected does not average out there,
-  // so it is more than LineLandmarkOptions::sigma_px, the weight of one observation among many.
-  double end_sigma_px = 0.5;
-  double direction_sigma_rad = 0.004;  // of the building's directions in the camera
-  void Check() const;
-  void Read(YamlSection section);
-};
+// Of a segment's ends, across it, where one image alone has to say what the segment follows; of the
+// votes for headings too. What lenses and edges leave uncorrected does not average out there, so it
+// is more than LineLandmarkOptions::sigma_px, the weight of one observation among many.
+inline constexpr double kAloneEndSigma_px = 0.5;
 
 // Search for slopes, directions that lines share without being an axis of the building; see
 // odometry/structure/slope_detector.h.
 struct SlopeOptions {
   bool enabled = true;
-  // When a slope is certain.
-  int min_lines = 5;
-  void Check() const;
-  void Read(YamlSection section);
-};
-
-// Which points are taken to lie on lines; see odometry/structure/points_on_lines.h.
-struct PointsOnLinesOptions {
-  int min_keyframes = 4;  // in a row, until a membership is verified
   void Check() const;
   void Read(YamlSection section);
 };

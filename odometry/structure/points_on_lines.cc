@@ -10,6 +10,7 @@ constexpr double kMaxDistance_px = 1.2;    // across the line, in both images
 constexpr double kMinApart_px = 2.0;       // farther away, a point is not on the line
 constexpr double kMaxBeyond_px = 8;        // along the line, from its nearer end
 constexpr double kMinCrossing_rad = 0.35;  // between lines that share a point
+constexpr int kMinKeyframes = 4;           // in a row, until a membership is verified
 constexpr int kMaxUnseenKeyframes = 20;    // then a candidate is forgotten
 constexpr double kArea_px = 48;  // side of the areas that points and lines are sorted into
 
@@ -125,11 +126,6 @@ std::map<int64_t, const Observation*> ById(const std::vector<Observation>& obser
 
 }  // namespace
 
-PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options, std::set<int> lone_cameras)
-    : options_(options), lone_cameras_(std::move(lone_cameras)) {
-  options_.Check();
-}
-
 void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
                                 const std::vector<LineObservation>& lines) {
   ++keyframe_;
@@ -167,7 +163,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
 void PointsOnLines::Count(const PointOnLine& pair) {
   Record& record = records_[pair];
   record.last_keyframe = keyframe_;
-  if (record.barred || ++record.together < options_.min_keyframes) return;
+  if (record.barred || ++record.together < kMinKeyframes) return;
   verified_.insert(pair);
 }
 
@@ -208,7 +204,7 @@ void PointsOnLines::MergeLine(int64_t line_id, int64_t into_line_id) {
     const PointOnLine pair = {point_id, into_line_id};
     Record& record = records_[pair];
     if (record.barred) continue;
-    record.together = std::max(record.together, options_.min_keyframes);
+    record.together = std::max(record.together, kMinKeyframes);
     record.last_keyframe = keyframe_;
     verified_.insert(pair);
   }

@@ -24,7 +24,8 @@ struct PointOnLine {
 class PointsOnLines {
  public:
   // Of a lone camera, its image is enough. Throws ConfigError.
-  explicit PointsOnLines(const PointsOnLinesOptions& options, std::set<int> lone_cameras = {});
+  explicit PointsOnLines(std::set<int> lone_cameras = {})
+      : lone_cameras_(std::move(lone_cameras)) {}
 
   // The points and lines of one keyframe, in pixels of the rectified images. A keyframe counts for
   // a pair when the point is on the line in both images; it breaks it when the point is off the
@@ -56,7 +57,6 @@ class PointsOnLines {
                   const std::vector<LineObservation>& lines);
   void RemoveUnseen();
 
-  PointsOnLinesOptions options_;
   std::set<int> lone_cameras_;
   int64_t keyframe_ = 0;
   std::map<PointOnLine, Record> records_;

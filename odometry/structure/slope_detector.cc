@@ -21,6 +21,7 @@ constexpr double kMaxLineSigma_rad = 0.02;  // of its direction
 // standard deviations.
 constexpr double kSlopeMinSeparation_rad = 0.05;
 constexpr int kMemoryKeyframes = 30;  // a line is remembered so long since it was last seen
+constexpr int kMinLines = 5;          // of a slope that is certain
 constexpr int kMinObjects = 3;        // that they belong to, and
 // these are so far from each other: a box has edges all around
 constexpr double kMinApart_m = 0.25;
@@ -118,8 +119,6 @@ bool MaySlope(const FreeLine& line, const std::vector<Vector3d>& axes_world,
          });
 }
 
-SlopeDetector::SlopeDetector(const SlopeOptions& options) : options_(options) { options_.Check(); }
-
 std::optional<SlopeEvidence> SlopeDetector::AddKeyframe(const std::vector<FreeLine>& lines,
                                                         const std::vector<Vector3d>& axes_world,
                                                         const std::vector<SlopeBlock>& slopes) {
@@ -129,7 +128,7 @@ std::optional<SlopeEvidence> SlopeDetector::AddKeyframe(const std::vector<FreeLi
     return entry.second.keyframe <= keyframes_ - kMemoryKeyframes;
   });
   const auto best = Best(axes_world, slopes);
-  const bool certain = best && best->lines >= options_.min_lines && best->objects >= kMinObjects &&
+  const bool certain = best && best->lines >= kMinLines && best->objects >= kMinObjects &&
                        best->sigma_rad <= kMaxSigma_rad;
   return certain ? best : std::nullopt;
 }

@@ -35,9 +35,6 @@ struct SlopeEvidence {
 
 class SlopeDetector {
  public:
-  // Throws ConfigError on options out of range.
-  explicit SlopeDetector(const SlopeOptions& options);
-
   // The lines that a keyframe sees, and the directions of the building (unit, in the gravity
   // aligned world) and the slopes that are known already. A line is remembered as it was given
   // last. Returns a slope that is now certain and was not before.
@@ -58,7 +55,6 @@ class SlopeDetector {
     int64_t keyframe = 0;
   };
 
-  SlopeOptions options_;
   int64_t keyframes_ = 0;
   std::map<int64_t, Remembered> lines_;  // by id
 };

@@ -20,8 +20,6 @@ struct PointTriangulationOptions {
   double max_residual_sigma = 4;  // RMS of the reprojections, in standard deviations
   double min_depth_m = 0.1;
   double max_depth_m = 300;
-  void Check() const;
-  void Read(YamlSection section);
 };
 
 struct WindowOptions {
@@ -48,8 +46,6 @@ struct KeyframeOptions {
 struct InitializerOptions {
   int min_points = 20;                  // seen in the window's first and last image
   double max_reprojection_sigma = 3.2;  // RMS after optimisation, in standard deviations
-  void Check() const;
-  void Read(YamlSection section);
 };
 
 struct FailureOptions {
@@ -65,8 +61,6 @@ struct LineTriangulationOptions {
   double min_distance_m = 0.1;  // from the anchor
   double max_distance_m = 100;
   double loss_sigma = 2;  // where the Huber loss of an observation turns linear
-  void Check() const;
-  void Read(YamlSection section);
 };
 
 // Lines as landmarks of the window.
@@ -103,9 +97,7 @@ struct EstimatorOptions {
   CalibrationOptions calibration;
   FailureOptions failure;
   ManhattanOptions manhattan;
-  LineClassifierOptions line_classifier;
   SlopeOptions slopes;
-  PointsOnLinesOptions points_on_lines;
   LineLandmarkOptions line_landmarks;
   BuildingDeviationOptions building_deviation;
 };

@@ -91,14 +91,11 @@ Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
       finds_slopes_(options.slopes.enabled),
       kinds_(CollectKinds(options)),
-      points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
       rig_(rectified_rig),
-      classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
-      detector_(options.manhattan, options.line_classifier.end_sigma_px,
-                rectified_rig.cameras[0].fx_px),
-      memberships_(options.points_on_lines, LoneCameras(rectified_rig)),
-      slope_detector_(options.slopes),
+      classifier_(rectified_rig.cameras[0].fx_px),
+      detector_(options.manhattan, rectified_rig.cameras[0].fx_px),
+      memberships_(LoneCameras(rectified_rig)),
       deviations_(options.building_deviation) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
@@ -329,7 +326,7 @@ void Structure::Reset() {
   detector_.Reset();
   slope_detector_.Reset();
   misplaced_.clear();
-  memberships_ = PointsOnLines(points_on_lines_options_, LoneCameras(rig_));
+  memberships_ = PointsOnLines(LoneCameras(rig_));
   covariance_as_left_m2_.clear();
   merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }

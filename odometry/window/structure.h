@@ -73,7 +73,6 @@ class Structure {
   LineLandmarkOptions options_;
   bool finds_slopes_;
   LineKinds kinds_;  // that the method asks for
-  PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;
   Rig rig_;
   LineClassifier classifier_;

@@ -135,7 +135,7 @@ class LineMatcherTest : public ::testing::Test {
 TEST_F(LineMatcherTest, MatchesWhatMovedWithinTheGateOnly) {
   const auto moved = Detect(moved_);
   int right = 0;
-  const auto matches = MatchExpected(moved_, Expect(30), moved, LineMatcherOptions());
+  const auto matches = MatchExpected(moved_, Expect(30), moved);
   for (size_t i = 0; i < matches.size(); ++i) {
     if (!matches[i]) continue;
     EXPECT_EQ(NearestEdge(EdgesOf(TestBars()), segments_[i]).first,
@@ -143,7 +143,7 @@ TEST_F(LineMatcherTest, MatchesWhatMovedWithinTheGateOnly) {
     ++right;
   }
   EXPECT_GE(right, 10);
-  for (const auto& match : MatchExpected(moved_, Expect(1.0), moved, LineMatcherOptions())) {
+  for (const auto& match : MatchExpected(moved_, Expect(1.0), moved)) {
     EXPECT_FALSE(match);
   }
 }
@@ -151,7 +151,7 @@ TEST_F(LineMatcherTest, MatchesWhatMovedWithinTheGateOnly) {
 TEST_F(LineMatcherTest, RefusesOtherProfilesWhateverTheDescriptor) {
   std::vector<ExpectedSegment> expected = Expect(30);
   for (auto& e : expected) e.profile.reverseInPlace();
-  for (const auto& match : MatchExpected(first_, expected, segments_, LineMatcherOptions())) {
+  for (const auto& match : MatchExpected(first_, expected, segments_)) {
     EXPECT_FALSE(match);
   }
 }

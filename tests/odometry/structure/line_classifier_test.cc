@@ -24,7 +24,7 @@ class LineClassifierTest : public ::testing::Test {
 
   static Eigen::Vector3d Heading(double rad) { return {std::cos(rad), std::sin(rad), 0}; }
 
-  const LineClassifier classifier_{LineClassifierOptions(), testing::kFocal_px};
+  const LineClassifier classifier_{testing::kFocal_px};
   const Eigen::Matrix3d R_world_camera_ = CameraLooking(0.6, 0.1);
   const Eigen::Vector3d ahead_ = 5 * Heading(0.6) + Eigen::Vector3d(0, 0, 0.7);
 };

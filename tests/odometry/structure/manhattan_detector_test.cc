@@ -68,7 +68,7 @@ class ManhattanDetectorTest : public ::testing::Test {
 
   std::mt19937 random_{3};
   std::vector<WorldLine> lines_;
-  ManhattanDetector detector_{ManhattanOptions(), 0.5, testing::kFocal_px};
+  ManhattanDetector detector_{ManhattanOptions(), testing::kFocal_px};
 };
 
 TEST_F(ManhattanDetectorTest, FindsTheHeading) {
@@ -156,7 +156,7 @@ TEST_F(ManhattanDetectorTest, FindsASecondHeadingLaterEvenThreeDegreesFromTheFir
        {std::tuple(35.0, 20, 0.15), {8.0, 0, 0.3}}) {
     random_.seed(3);
     lines_.clear();
-    detector_ = ManhattanDetector(ManhattanOptions(), 0.5, testing::kFocal_px);
+    detector_ = ManhattanDetector(ManhattanOptions(), testing::kFocal_px);
     AddBuilding(5 * kDegree, 60);
     AddClutter(clutter);
     EXPECT_EQ(Turn(60).size(), 1u);

@@ -30,7 +30,7 @@ class PointsOnLinesTest : public ::testing::Test {
     for (int i = 0; i < keyframes; ++i) points_on_lines_.AddKeyframe(points, lines);
     return points_on_lines_.verified();
   }
-  PointsOnLines points_on_lines_{PointsOnLinesOptions()};
+  PointsOnLines points_on_lines_;
 };
 
 TEST_F(PointsOnLinesTest, VerifiesAfterFourKeyframesInARow) {

@@ -62,7 +62,7 @@ class SlopeDetectorTest : public ::testing::Test {
   int64_t next_id_ = 0;
   std::vector<Vector3d> axes_ = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
   std::vector<SlopeBlock> known_;
-  SlopeDetector detector_{SlopeOptions()};
+  SlopeDetector detector_;
 };
 
 TEST_F(SlopeDetectorTest, FindsWhatLinesOfSeveralObjectsShareAmongClutter) {

@@ -118,7 +118,7 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotte
   beside.point[1] = OnPlane(0, 0, At(0.12)).y();
   window_.landmarks = {{kPoint, point_}, {4, beside}};
   window_.lines = {{kLine, line_}};
-  PointsOnLines memberships{PointsOnLinesOptions()};
+  PointsOnLines memberships;
   const std::vector<LineObservation> lines = {
       {kLine, {{300, 100}, {300, 300}}, LineSegment{{280, 100}, {280, 300}}}};
   const std::vector<PointObservation> points = {{kPoint, {300, 150}, Vector2d(280, 150)},
@@ -140,7 +140,7 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotte
 
 // Memberships that hold in the images: three points on each of the lines.
 PointsOnLines InImages(const std::vector<int64_t>& line_ids) {
-  PointsOnLines memberships{PointsOnLinesOptions()};
+  PointsOnLines memberships;
   for (const int64_t id : line_ids) {
     const std::vector<LineObservation> lines = {
         {id, {{300, 100}, {300, 300}}, LineSegment{{280, 100}, {280, 300}}}};
