@@ -89,12 +89,12 @@ class BagWriter {
 // How a bag is packed.
 struct BagPacking {
   std::string form = "mcap";  // "bag", "db3" (a folder) or "mcap"
-  // bag: "none", "lz4", "bz2"; db3: "none", "zstd" (each message), "zstd_file" (the whole file);
-  // mcap: "none", "lz4", "zstd", "unchunked".
+  // bag: "none", "lz4", "bz2"; db3: "none", "zstd" (each message); mcap: "none", "lz4", "zstd",
+  // "unchunked".
   std::string compression = "none";
 };
 
-// Throws ConfigError for a packing that is none of these, OutputError where nothing can be written.
+// Throws ConfigError for another form, OutputError where nothing can be written.
 std::unique_ptr<BagWriter> CreateBag(const std::string& path, const BagPacking& packing);
 
 }  // namespace slcmap::data

@@ -110,9 +110,6 @@ bool IsZstdFrame(BagBytes bytes);
 // Throws DataError.
 std::vector<std::byte> UnpackZstdMessage(BagBytes packed);
 
-// Packs a file into one frame. Throws OutputError.
-void PackZstdFile(const PlacedFile& file, const std::string& packed);
-
 // Unpacks a file to another as far as it goes; false where it ends too early or is damaged.
 bool UnpackZstdFile(const PlacedFile& packed, const std::string& path);
 

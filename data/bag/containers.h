@@ -17,17 +17,6 @@ std::unique_ptr<Bag> OpenRos1Bag(const std::string& path);
 std::unique_ptr<Bag> OpenMcap(const std::string& path);
 std::unique_ptr<Bag> OpenDb3(const std::string& path);
 
-// How a ROS 1 bag begins, and what its records are told by.
-inline constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
-enum Ros1Op : uint8_t {
-  kRos1Message = 2,
-  kRos1FileHeader = 3,
-  kRos1Index = 4,
-  kRos1Chunk = 5,
-  kRos1ChunkInfo = 6,
-  kRos1Connection = 7
-};
-
 inline constexpr int64_t kSecond_ns = 1'000'000'000;
 
 // Bytes in a chunk that is written, as rosbag has it.
@@ -37,10 +26,6 @@ inline constexpr size_t kChunkSize = 768 * 1024;
 std::unique_ptr<BagWriter> CreateRos1Bag(const std::string& path, const std::string& compression);
 std::unique_ptr<BagWriter> CreateMcap(const std::string& path, const std::string& compression);
 std::unique_ptr<BagWriter> CreateDb3(const std::string& path, const std::string& compression);
-
-// Throws ConfigError, which lists what is known.
-void RequirePacking(const std::string& path, const std::string& compression,
-                    const std::vector<std::string>& known);
 
 // "sensor_msgs/msg/Image" is ROS 2's name of "sensor_msgs/Image".
 std::string Ros2TypeName(const std::string& type);

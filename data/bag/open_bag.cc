@@ -8,7 +8,6 @@
 #include <regex>
 
 #include "data/bag/containers.h"
-#include "data/bag/mcap.h"
 #include "data/io/file.h"
 
 namespace slcmap::inline data {
@@ -27,7 +26,7 @@ BagKind KindByContent(const fs::path& path) {
   const auto bytes = PlacedFile(path.string()).Read(0, kMagic);
   const std::string_view start = AsText(bytes);
   if (start.starts_with("#ROSBAG V")) return BagKind::kRos1;
-  if (start.starts_with(kMcapMagic.substr(0, 5))) return BagKind::kMcap;
+  if (start.starts_with("\x89MCAP")) return BagKind::kMcap;
   if (start.starts_with("SQLite format 3")) return BagKind::kDb3;
   return IsZstdFrame(bytes) ? BagKind::kZstd : BagKind::kNone;
 }

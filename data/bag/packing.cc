@@ -155,30 +155,6 @@ std::vector<std::byte> UnpackZstdMessage(BagBytes packed) {
   return std::move(unpacked.bytes);
 }
 
-void PackZstdFile(const PlacedFile& file, const std::string& packed) {
-  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
-                                                                     &ZSTD_freeCCtx);
-  ZSTD_CCtx_setPledgedSrcSize(context.get(), file.size());  // rosbag2 asks for it
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kZstdLevel);
-  std::vector<std::byte> in(ZSTD_CStreamInSize()), out(ZSTD_CStreamOutSize());
-  FileWriter writer(packed);
-  size_t left = 1;
-  for (uint64_t at = 0; left > 0;) {
-    ZSTD_inBuffer input{in.data(), file.ReadInto(at, in), 0};
-    at += input.size;
-    const bool last = at >= file.size();
-    do {
-      ZSTD_outBuffer output{out.data(), out.size(), 0};
-      left =
-          ZSTD_compressStream2(context.get(), &output, &input, last ? ZSTD_e_end : ZSTD_e_continue);
-      if (ZSTD_isError(left)) throw OutputError(packed + ": " + ZSTD_getErrorName(left));
-      writer.Add(AsText(BagBytes(out).first(output.pos)));
-    } while (last ? left > 0 : input.pos < input.size);
-    if (!last) left = 1;
-  }
-  writer.Close();
-}
-
 bool UnpackZstdFile(const PlacedFile& packed, const std::string& path) {
   const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
                                                                           &ZSTD_freeDStream);

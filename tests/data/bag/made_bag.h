@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "data/bag/bag.h"
+#include "data/bag/bytes.h"
 #include "data/bag/messages.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap::testing {
@@ -100,13 +103,22 @@ inline void WriteBag(BagWriter* writer, const std::vector<BagTopic>& topics,
   writer->Close();
 }
 
+// As a recorder packs a file once it is whole.
+inline void PackWhole(const std::string& file) {
+  WriteFile(file + ".zstd", Pack("zstd", ReadFile(file)));
+  std::filesystem::remove(file);
+}
+
 // Returns its path: a folder of a db3.
 inline std::string MakeBag(const TempFolder& folder, const BagCase& how,
                            const std::vector<BagMessage>& messages) {
   const std::string path =
       folder.Path(std::string("walk") + (how.form == std::string("db3") ? "" : ".") +
                   (how.form == std::string("db3") ? "" : how.form));
-  WriteBag(CreateBag(path, {how.form, how.compression}).get(), MadeTopics(how.encoding), messages);
+  const bool is_whole = how.compression == std::string("zstd_file");
+  WriteBag(CreateBag(path, {how.form, is_whole ? "none" : how.compression}).get(),
+           MadeTopics(how.encoding), messages);
+  if (is_whole) PackWhole(path + "/walk_0.db3");
   return path;
 }
 
