@@ -11,7 +11,6 @@
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
 #include "data/check/check.h"
-#include "data/check/intervals.h"
 #include "data/core/error.h"
 #include "data/source/recorded_source.h"
 

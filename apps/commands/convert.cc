@@ -19,7 +19,7 @@
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
 #include "data/source/convert_recording.h"
-#include "data/video/unpack_video.h"
+#include "data/video/video.h"
 
 namespace slcmap::inline commands {
 namespace {

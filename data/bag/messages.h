@@ -1,9 +1,13 @@
-// The ROS messages that a recording is made of, in both layouts: that of ROS 1, and CDR of ROS 2.
+// The ROS messages that a recording is made of, in both layouts: that of ROS 1, and CDR of ROS 2;
+// and the pixels and files that messages of cameras hold.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "data/bag/bag.h"
@@ -100,5 +104,16 @@ struct RosDefinition {
   std::string md5;   // as ROS 1 tells versions of a type apart
 };
 RosDefinition DefinitionFor(const std::string& type, BagEncoding encoding);
+
+// How many bytes of pixels an image has by its size; nothing for an encoding without grey or
+// colour, such as H.264.
+std::optional<size_t> PixelBytes(const RosImage& image);
+
+// Eight bits of grey, or the sixteen that are there; nothing as above. Throws DataError where there
+// are fewer pixels than the size says.
+std::optional<cv::Mat> GreyFrom(const RosImage& image);
+
+// What the name of a file that begins so ends with: ".png" or ".jpg"; "" of others.
+std::string ExtensionFor(std::string_view bytes);
 
 }  // namespace slcmap::data

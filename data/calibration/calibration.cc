@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "data/calibration/calibration_keys.h"
-#include "data/calibration/camera_times.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/other_calibrations.h"

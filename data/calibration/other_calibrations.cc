@@ -11,7 +11,6 @@
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_info.h"
-#include "data/calibration/camera_times.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
 #include "data/io/yaml.h"

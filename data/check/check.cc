@@ -9,7 +9,6 @@
 
 #include "data/bag/bag.h"
 #include "data/calibration/calibration.h"
-#include "data/check/intervals.h"
 #include "data/check/view_geometry.h"
 #include "data/core/error.h"
 #include "data/core/math.h"

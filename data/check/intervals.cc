@@ -1,5 +1,3 @@
-#include "data/check/intervals.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <optional>
 
 #include "data/calibration/calibration.h"
+#include "data/check/check.h"
 #include "data/check/image_motion.h"
 #include "data/check/row_alignment.h"
 #include "data/check/step_lags.h"

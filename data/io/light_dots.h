@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "data/io/image_store.h"
+#include "data/io/image.h"
 
 namespace slcmap::inline data {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "data/calibration/calibration.h"
-#include "data/calibration/camera_times.h"
+#include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_words.h"
 #include "data/core/error.h"
 #include "data/core/parallel.h"

@@ -13,7 +13,7 @@
 #include <unordered_map>
 
 #include "data/bag/bytes.h"
-#include "data/bag/image_messages.h"
+#include "data/bag/messages.h"
 #include "data/core/error.h"
 #include "data/io/image.h"
 #include "data/rig/bag_calibration.h"

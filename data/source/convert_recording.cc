@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "data/bag/bytes.h"
-#include "data/bag/image_messages.h"
 #include "data/bag/messages.h"
 #include "data/core/types.h"
 #include "data/io/file.h"

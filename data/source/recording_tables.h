@@ -8,7 +8,7 @@
 
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
-#include "data/io/image_store.h"
+#include "data/io/image.h"
 #include "data/source/asl_files.h"
 #include "data/source/sequence_source.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "data/calibration/calibration.h"
-#include "data/calibration/camera_times.h"
+#include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_words.h"
 #include "data/calibration/imu_calibration.h"
 #include "data/calibration/mask.h"

@@ -8,7 +8,6 @@
 #include "data/core/error.h"
 #include "data/core/types.h"
 #include "data/io/image.h"
-#include "data/io/image_store.h"
 #include "data/source/sequence_source.h"
 
 namespace slcmap::inline data {

@@ -1,4 +1,4 @@
-#include "data/video/video_file.h"
+#include "data/video/video.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>

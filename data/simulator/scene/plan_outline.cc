@@ -1,8 +1,8 @@
-#include "data/simulator/scene/plan_outline.h"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+
+#include "data/simulator/scene/scene_parts.h"
 
 namespace slcmap::inline data {
 namespace {

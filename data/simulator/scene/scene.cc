@@ -10,8 +10,7 @@
 #include "data/io/yaml.h"
 #include "data/simulator/scene/inexact_building.h"
 #include "data/simulator/scene/scene_builder.h"
-#include "data/simulator/scene/scene_object_reader.h"
-#include "data/simulator/scene/scene_plan.h"
+#include "data/simulator/scene/scene_parts.h"
 
 namespace slcmap::inline data {
 

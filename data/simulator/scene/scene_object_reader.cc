@@ -1,5 +1,3 @@
-#include "data/simulator/scene/scene_object_reader.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
@@ -8,7 +6,7 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/simulator/scene/scene_objects.h"
-#include "data/simulator/scene/scene_walls.h"
+#include "data/simulator/scene/scene_parts.h"
 
 namespace slcmap::inline data {
 namespace {

@@ -1,5 +1,3 @@
-#include "data/simulator/scene/scene_plan.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -12,9 +10,8 @@
 
 #include "data/core/error.h"
 #include "data/io/trajectory.h"
-#include "data/simulator/scene/plan_outline.h"
 #include "data/simulator/scene/scene_objects.h"
-#include "data/simulator/scene/scene_walls.h"
+#include "data/simulator/scene/scene_parts.h"
 
 namespace slcmap::inline data {
 namespace {

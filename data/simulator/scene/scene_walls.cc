@@ -1,7 +1,7 @@
-#include "data/simulator/scene/scene_walls.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "data/simulator/scene/scene_parts.h"
 
 namespace slcmap::inline data {
 namespace {

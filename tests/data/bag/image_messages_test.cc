@@ -1,7 +1,6 @@
-#include "data/bag/image_messages.h"
-
 #include <gtest/gtest.h>
 
+#include "data/bag/messages.h"
 #include "data/core/error.h"
 
 namespace slcmap {

@@ -7,7 +7,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "data/rig/frames.h"
 #include "data/rig/topics.h"
 #include "tests/data/rig/made_rig_bag.h"
 #include "tests/testing/caught.h"

@@ -12,9 +12,7 @@ extern "C" {
 #include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/source/asl_files.h"
-#include "data/video/sensor_log.h"
-#include "data/video/unpack_video.h"
-#include "data/video/video_file.h"
+#include "data/video/video.h"
 #include "tests/testing/caught.h"
 #include "tests/testing/temp_folder.h"
 
