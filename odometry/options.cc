@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "data/core/error.h"
@@ -104,28 +105,22 @@ constexpr std::pair<LineDetectorKind, const char*> kLineDetectors[] = {
     {LineDetectorKind::kFld, "fld"},
     {LineDetectorKind::kEd, "ed"}};
 
-LineDetectorKind LineDetectorFromName(const std::string& name) {
-  for (const auto& [kind, kind_name] : kLineDetectors) {
-    if (name == kind_name) return kind;
-  }
-  throw ConfigError("lines.detector.kind: found '" + name + "', expected lsd, fld or ed");
-}
-
-std::string LineDetectorName(LineDetectorKind kind) {
-  for (const auto& [other, name] : kLineDetectors) {
-    if (kind == other) return name;
-  }
-  return "";
-}
-
 constexpr OptionTable kLineDetector{
     Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0}};
 
 void LineDetectorOptions::Check() const { kLineDetector.Check("lines.detector", *this); }
 void LineDetectorOptions::Read(YamlSection section) {
-  std::string name = LineDetectorName(kind);
+  std::string name;
+  for (const auto& [known, known_name] : kLineDetectors) {
+    if (known == kind) name = known_name;
+  }
   section.Read("kind", &name);
-  kind = LineDetectorFromName(name);
+  const auto named =
+      std::ranges::find(kLineDetectors, name, [](const auto& d) { return d.second; });
+  if (named == std::end(kLineDetectors)) {
+    throw ConfigError("lines.detector.kind: found '" + name + "', expected lsd, fld or ed");
+  }
+  kind = named->first;
   kLineDetector.Read(section, this, {"scale", "max_join_gap_px", "max_segments"});
 }
 

@@ -375,10 +375,8 @@ class LineTracker::Impl {
 };
 
 LineTracker::LineTracker(const LineTrackerOptions& options, const Rig& rectified_rig,
-                         const cv::Mat& mask_left, const cv::Mat& mask_right) {
-  options.Check();
-  impl_ = std::make_unique<Impl>(options, rectified_rig, mask_left, mask_right);
-}
+                         const cv::Mat& mask_left, const cv::Mat& mask_right)
+    : impl_(std::make_unique<Impl>(options, rectified_rig, mask_left, mask_right)) {}
 LineTracker::~LineTracker() = default;
 
 void LineTracker::Track(const cv::Mat& left, const cv::Mat& right,

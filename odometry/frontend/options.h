@@ -30,10 +30,6 @@ struct PointTrackerOptions {
 // LSD (von Gioi et al.) is the reference; OpenCV's FastLineDetector and EdgeDrawing are faster.
 enum class LineDetectorKind { kLsd, kFld, kEd };
 
-// Throws ConfigError naming the detectors there are.
-LineDetectorKind LineDetectorFromName(const std::string& name);
-std::string LineDetectorName(LineDetectorKind kind);
-
 struct LineDetectorOptions {
   LineDetectorKind kind = LineDetectorKind::kEd;
   double scale = 0.5;           // of the image that is searched; edges are placed in the whole one

@@ -242,10 +242,8 @@ class PointTracker::Impl {
 };
 
 PointTracker::PointTracker(const PointTrackerOptions& options, const Rig& rectified_rig,
-                           const cv::Mat& mask_left) {
-  options.Check();
-  impl_ = std::make_unique<Impl>(options, rectified_rig, mask_left);
-}
+                           const cv::Mat& mask_left)
+    : impl_(std::make_unique<Impl>(options, rectified_rig, mask_left)) {}
 PointTracker::~PointTracker() = default;
 
 void PointTracker::Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous) {

@@ -123,7 +123,6 @@ cv::Mat ValidMask(const cv::Mat& source_pixels, const cv::Mat& given) {
 
 Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
     : given_rig_(rig), rectified_rig_(rig) {
-  options.Check();
   const auto count = static_cast<size_t>(CameraCount(rig));
   for (auto* images : {&map_xy_, &map_fraction_, &masks_}) images->resize(rig.cameras.size());
   std::optional<Camera> pinhole;

@@ -23,7 +23,7 @@ struct PointOnLine {
 // the two cameras or the keyframes, so the tolerance is narrow.
 class PointsOnLines {
  public:
-  // Of a lone camera, its image is enough. Throws ConfigError.
+  // Of a lone camera, its image is enough.
   explicit PointsOnLines(std::set<int> lone_cameras = {})
       : lone_cameras_(std::move(lone_cameras)) {}
 

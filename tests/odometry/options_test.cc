@@ -58,6 +58,7 @@ TEST_F(OdometryOptionsTest, AllThatIsInEffectIsAFileThatGivesTheSame) {
 TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndWhatWasExpected) {
   for (const auto& [text, message] :
        {std::pair("points: {max_points: 0}", "points.max_points: found 0, expected 1 to 10000"),
+        std::pair("rectifier: {max_field_of_view_rad: 4}", "expected 0.2 to 2.8"),
         std::pair("rectifier: {scale: 0.05}", "rectifier.scale: found 0.05, expected 0.1 to 4"),
         std::pair("lines: {detector: {kind: x}}",
                   "lines.detector.kind: found 'x', expected lsd, fld or ed"),

@@ -208,11 +208,5 @@ TEST(Rectifier, OneCameraKeepsItsOrientation) {
   EXPECT_EQ(rectifier.rectified_rig().cameras[1].width_px, 0);
 }
 
-TEST(Rectifier, AbsurdOptionsAreAnError) {
-  RectifierOptions options;
-  options.max_field_of_view_rad = 4;
-  EXPECT_THROW(Rectifier(EurocRig(), options), ConfigError);
-}
-
 }  // namespace
 }  // namespace slcmap
