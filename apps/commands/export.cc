@@ -18,7 +18,6 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/output_folder.h"
-#include "data/io/program_files.h"
 #include "data/source/recorded_source.h"
 #include "export/export.h"
 

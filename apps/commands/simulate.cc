@@ -12,7 +12,7 @@
 #include "apps/commands/convert.h"
 #include "apps/commands/progress.h"
 #include "data/io/yaml.h"
-#include "data/rig/rig_layout.h"
+#include "data/rig/profile.h"
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/simulation.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "data/calibration/camera_info.h"
+#include "data/calibration/camera_words.h"
 #include "data/calibration/rig_parts.h"
 #include "data/io/yaml.h"
 

@@ -10,7 +10,7 @@
 
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"
-#include "data/calibration/camera_info.h"
+#include "data/calibration/camera_words.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
 #include "data/io/yaml.h"

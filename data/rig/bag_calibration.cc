@@ -10,12 +10,11 @@
 #include <vector>
 
 #include "data/bag/messages.h"
-#include "data/calibration/camera_info.h"
+#include "data/calibration/camera_words.h"
 #include "data/calibration/other_calibrations.h"
 #include "data/calibration/rig_parts.h"
-#include "data/rig/peek.h"
 #include "data/rig/profile.h"
-#include "data/rig/rig_layout.h"
+#include "data/rig/topics.h"
 
 namespace slcmap::inline data {
 namespace {

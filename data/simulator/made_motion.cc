@@ -1,5 +1,3 @@
-#include "data/simulator/made_motion.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "data/core/error.h"
+#include "data/simulator/motion.h"
 
 namespace slcmap::inline data {
 namespace {

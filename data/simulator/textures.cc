@@ -1,11 +1,10 @@
-#include "data/simulator/textures.h"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "data/simulator/scene/camera_response.h"
+#include "data/simulator/shading.h"
 
 namespace slcmap::inline data {
 namespace {

@@ -19,7 +19,7 @@
 #include "data/core/types.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
-#include "data/rig/peek.h"
+#include "data/rig/topics.h"
 #include "data/source/imu_streams.h"
 
 namespace slcmap::inline data {

@@ -10,7 +10,7 @@
 #include "data/bag/bag.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
-#include "data/rig/rig_layout.h"
+#include "data/rig/profile.h"
 #include "data/source/recording_tables.h"
 #include "data/source/sequence.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "data/core/polygon.h"
 #include "export/scene/scene.h"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "data/core/camera.h"
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "export/scene/map_writer.h"

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "mapping/adjustment/options.h"
-#include "odometry/factors/blocks.h"
 #include "odometry/factors/factor.h"
 #include "odometry/factors/imu_factor.h"
 #include "odometry/factors/line_residual.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "data/core/progress.h"
 #include "mapping/align/align_maps.h"
 #include "mapping/map/place_index.h"

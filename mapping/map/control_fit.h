@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 
 namespace slcmap::inline mapping {
 

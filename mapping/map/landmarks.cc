@@ -14,8 +14,8 @@
 
 #include "data/io/file.h"
 #include "mapping/map/point_index.h"
-#include "odometry/factors/blocks.h"
 #include "odometry/factors/calibration_estimate.h"
+#include "odometry/factors/factor.h"
 #include "odometry/factors/point_residual.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/run/run_queries.h"

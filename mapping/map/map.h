@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "data/core/math.h"
 #include "data/core/types.h"
 #include "data/core/verdict.h"

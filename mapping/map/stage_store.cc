@@ -15,7 +15,6 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "data/io/json.h"
-#include "data/io/program_files.h"
 #include "data/version.h"
 
 namespace slcmap::inline mapping {

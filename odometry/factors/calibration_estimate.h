@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "odometry/factors/blocks.h"
 #include "odometry/factors/factor.h"
 #include "odometry/factors/options.h"
 #include "odometry/run/run.h"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "data/core/types.h"
-#include "odometry/factors/blocks.h"
 #include "odometry/factors/factor.h"
 #include "odometry/geometry/imu.h"
 

@@ -14,8 +14,8 @@
 #include "data/io/json.h"
 #include "data/source/sequence_options_json.h"
 #include "odometry/run/run.h"
-#include "odometry/run/run_fields.h"
 #include "odometry/run/run_queries.h"
+#include "odometry/run/run_rows.h"
 
 namespace slcmap::inline odometry {
 namespace {

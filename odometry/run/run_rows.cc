@@ -11,8 +11,6 @@
 #include <unordered_set>
 #include <utility>
 
-#include "odometry/run/run_fields.h"
-
 namespace slcmap::inline odometry {
 namespace {
 

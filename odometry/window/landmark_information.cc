@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 #include "odometry/factors/line_constraints.h"
 
 namespace slcmap::inline odometry {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 #include "odometry/factors/line_residual.h"
 
 namespace slcmap::inline odometry {

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 #include "odometry/window/problem.h"
 
 namespace slcmap::inline odometry {

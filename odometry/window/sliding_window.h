@@ -8,7 +8,6 @@
 #include "odometry/factors/calibration_estimate.h"
 #include "odometry/geometry/imu.h"
 #include "odometry/run/run.h"
-#include "odometry/window/at_stamp.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/options.h"
 #include "odometry/window/point_landmarks.h"

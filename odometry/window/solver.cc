@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 
 namespace slcmap::inline odometry {
 namespace {

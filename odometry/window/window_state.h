@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "data/core/types.h"
-#include "odometry/factors/blocks.h"
 #include "odometry/factors/factor.h"
 #include "odometry/factors/imu_factor.h"
 #include "odometry/factors/line_residual.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/simulator/made_motion.h"
+#include "data/simulator/motion.h"
 
 namespace slcmap {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "data/core/georeference.h"
+#include "data/core/coordinate_system.h"
 #include "data/core/progress.h"
 #include "data/io/yaml.h"
 #include "data/simulator/scene/camera_response.h"

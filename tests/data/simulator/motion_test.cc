@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "data/core/error.h"
-#include "data/simulator/made_motion.h"
 #include "tests/testing/example.h"
 #include "tests/testing/temp_folder.h"
 

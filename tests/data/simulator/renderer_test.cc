@@ -17,7 +17,6 @@
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/sequence_writer.h"
 #include "data/simulator/shading.h"
-#include "data/simulator/textures.h"
 #include "tests/testing/small_scenes.h"
 #include "tests/testing/temp_folder.h"
 

@@ -6,7 +6,7 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "data/rig/rig_layout.h"
+#include "data/rig/profile.h"
 #include "data/simulator/simulation.h"
 #include "data/source/convert_recording.h"
 #include "data/source/sequence.h"

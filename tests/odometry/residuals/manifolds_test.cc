@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 
 // The header of Ceres speaks of its own names without their namespace.
 using namespace ceres;  // NOLINT

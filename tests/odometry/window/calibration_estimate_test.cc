@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "data/core/math.h"
-#include "data/simulator/made_motion.h"
+#include "data/simulator/motion.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

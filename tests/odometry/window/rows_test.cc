@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "odometry/window/at_stamp.h"
+#include "odometry/window/problem.h"
 #include "tests/testing/example.h"
 #include "tests/testing/simulated_odometry.h"
 

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
 #include "odometry/window/line_triangulation.h"
 #include "odometry/window/point_landmarks.h"
 #include "tests/testing/example.h"

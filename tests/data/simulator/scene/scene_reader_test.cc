@@ -7,7 +7,7 @@
 #include <set>
 
 #include "data/core/error.h"
-#include "data/simulator/made_motion.h"
+#include "data/simulator/motion.h"
 #include "data/simulator/scene/scene.h"
 #include "data/simulator/scene/scene_builder.h"
 #include "data/simulator/truth.h"
