@@ -1,13 +1,83 @@
+// Segments of known lines as a level or tilted camera sees them, for tests.
 #include "odometry/structure/manhattan_detector.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <optional>
+#include <random>
 #include <tuple>
+#include <vector>
 
 #include "data/core/math.h"
-#include "tests/odometry/structure/made_segments.h"
+#include "data/core/types.h"
 
 namespace slcmap {
+namespace testing {
+
+constexpr double kFocal_px = 400;
+
+// A camera that looks along the heading, pitched down: its z forward, x right, y down.
+Eigen::Matrix3d CameraLooking(double heading_rad, double pitch_down_rad) {
+  const Eigen::Vector3d forward(std::cos(heading_rad) * std::cos(pitch_down_rad),
+                                std::sin(heading_rad) * std::cos(pitch_down_rad),
+                                -std::sin(pitch_down_rad));
+  const Eigen::Vector3d right(std::sin(heading_rad), -std::cos(heading_rad), 0);
+  Eigen::Matrix3d R_world_camera;
+  R_world_camera << right, forward.cross(right), forward;
+  return R_world_camera;
+}
+
+struct WorldLine {
+  Eigen::Vector3d start, end;  // metres, from the camera's centre
+};
+
+// On the plane z = 1, with noise across and along; nothing where an end is not in view.
+std::optional<LineSegment> Project(const WorldLine& line, const Eigen::Matrix3d& R_world_camera,
+                                   double sigma_px = 0, std::mt19937* random = nullptr) {
+  const Eigen::Vector3d s = R_world_camera.transpose() * line.start;
+  const Eigen::Vector3d e = R_world_camera.transpose() * line.end;
+  if (s.z() < 0.2 || e.z() < 0.2) return std::nullopt;
+  LineSegment out{s.head<2>() / s.z(), e.head<2>() / e.z()};
+  if (out.start.cwiseAbs().maxCoeff() > 1 || out.end.cwiseAbs().maxCoeff() > 1) {
+    return std::nullopt;
+  }
+  if (random != nullptr) {
+    std::normal_distribution<double> noise(0, sigma_px / kFocal_px);
+    for (Eigen::Vector2d* end : {&out.start, &out.end})
+      *end += Eigen::Vector2d(noise(*random), noise(*random));
+  }
+  return out;
+}
+
+// Lines of a direction scattered in the space before and around the camera.
+std::vector<WorldLine> ScatteredLines(const Eigen::Vector3d& direction, int count,
+                                      std::mt19937* random) {
+  std::uniform_real_distribution<double> place(-6, 6), height(-1.5, 1.5), length(0.5, 2);
+  std::vector<WorldLine> lines;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d middle(place(*random), place(*random), height(*random));
+    const Eigen::Vector3d half = 0.5 * length(*random) * direction.normalized();
+    lines.push_back({middle - half, middle + half});
+  }
+  return lines;
+}
+
+std::vector<LineSegment> ProjectAll(const std::vector<WorldLine>& lines,
+                                    const Eigen::Matrix3d& R_world_camera, double sigma_px,
+                                    std::mt19937* random) {
+  std::vector<LineSegment> segments;
+  for (const WorldLine& line : lines) {
+    const auto segment = Project(line, R_world_camera, sigma_px, random);
+    if (segment) segments.push_back(*segment);
+  }
+  return segments;
+}
+
+}  // namespace testing
+
 namespace {
 
 using testing::WorldLine;
@@ -176,6 +246,86 @@ TEST_F(ManhattanDetectorTest, DoesNotFindAKnownHeadingAgain) {
   EXPECT_TRUE(Turn(60).empty());
   detector_.Reset();
   EXPECT_EQ(Turn(60).size(), 1u);
+}
+
+using testing::CameraLooking;
+
+class LineClassifierTest : public ::testing::Test {
+ protected:
+  std::optional<LineClass> ClassOf(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction,
+                                   double length_m = 1,
+                                   const std::vector<std::optional<double>>& headings_rad = {0.3}) {
+    const Eigen::Vector3d half = 0.5 * length_m * direction.normalized();
+    const auto segment = testing::Project({middle - half, middle + half}, R_world_camera_);
+    EXPECT_TRUE(segment.has_value());
+    return classifier_.Classify(*segment, R_world_camera_, headings_rad);
+  }
+
+  static Eigen::Vector3d Heading(double rad) { return {std::cos(rad), std::sin(rad), 0}; }
+
+  const LineClassifier classifier_{testing::kFocal_px};
+  const Eigen::Matrix3d R_world_camera_ = CameraLooking(0.6, 0.1);
+  const Eigen::Vector3d ahead_ = 5 * Heading(0.6) + Eigen::Vector3d(0, 0, 0.7);
+};
+
+TEST_F(LineClassifierTest, TellsTheAxesOfOneWorldAndTheVerticalWithoutAny) {
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3)), (LineClass{LineAxis::kX, 0}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree)), (LineClass{LineAxis::kY, 0}));
+  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ()), (LineClass{LineAxis::kVertical, -1}));
+  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ(), 1, {}), (LineClass{LineAxis::kVertical, -1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {}), std::nullopt);
+  // One that was withdrawn is none.
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt, 0.3}), (LineClass{LineAxis::kX, 1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt}), std::nullopt);
+}
+
+TEST_F(LineClassifierTest, TellsWorldsThreeDegreesApartByLongLinesOverhead) {
+  const std::vector<std::optional<double>> two = {0.3, 0.3 + 3 * kDegree};
+  const Eigen::Vector3d overhead = ahead_ + Eigen::Vector3d(0, 0, 3);
+  for (const int world : {0, 1}) {
+    const Eigen::Vector3d along_y = Heading(*two[world] + 90 * kDegree);
+    EXPECT_EQ(ClassOf(overhead, along_y, 3, two), (LineClass{LineAxis::kY, world}));
+    EXPECT_EQ(ClassOf(ahead_, along_y, 3, two), std::nullopt) << "nearly level with the camera";
+  }
+}
+
+TEST_F(LineClassifierTest, LeavesOutOtherDirections) {
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree) + Eigen::Vector3d(0, 0, 0.2)),
+            std::nullopt);
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 110 * kDegree)), std::nullopt);
+}
+
+// At the height of the camera every horizontal line looks alike.
+TEST_F(LineClassifierTest, LeavesOutWhatCouldBeTwoAxes) {
+  EXPECT_EQ(ClassOf(5 * Heading(0.6), Heading(0.3)), std::nullopt);
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 0.03), std::nullopt);  // too short to tell
+}
+
+// The standard deviation is that of angles measured with noise.
+TEST(InterpretationPlaneTest, SigmaIsTheSpreadOfNoisyAngles) {
+  std::mt19937 random(1);
+  const testing::WorldLine line{{4, -1, 1}, {5, 1.5, 1}};
+  const Eigen::Matrix3d R = testing::CameraLooking(0.1, 0.05);
+  const Eigen::Vector3d d = (line.end - line.start).normalized();
+  std::normal_distribution<double> turn(0, 0.002);
+  double sum = 0, predicted = 0;
+  const int n = 4000;
+  for (int i = 0; i < n; ++i) {
+    const auto segment = testing::Project(line, R, 0.8, &random);
+    const InterpretationPlane plane = PlaneOfSegment(*segment, 0.8 / testing::kFocal_px).Rotated(R);
+    const Eigen::Vector3d known =
+        (d + Eigen::Vector3d(turn(random), turn(random), turn(random))).normalized();
+    const VanishingAngle v = AngleToVanishingPoint(plane, known, 0.002);
+    sum += v.angle_rad * v.angle_rad / n;
+    predicted += v.sigma_rad * v.sigma_rad / n;
+  }
+  EXPECT_NEAR(std::sqrt(sum / predicted), 1, 0.15);
+}
+
+TEST(InterpretationPlaneTest, AngleMeansNothingAtTheVanishingPoint) {
+  const InterpretationPlane plane = PlaneOfSegment({{-0.01, 0}, {0.01, 0.02}}, 0.001);
+  EXPECT_GT(AngleToVanishingPoint(plane, Eigen::Vector3d(0, 0.01, 1).normalized(), 0.005).sigma_rad,
+            1);
 }
 
 }  // namespace
