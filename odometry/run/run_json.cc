@@ -43,7 +43,7 @@ Json SegmentsJson(const OdometryRun& run) {
   return json;
 }
 
-struct RowMaker {
+struct DirectionMaker {
   Json json = Json::object();
 
   template <typename T>
@@ -52,7 +52,7 @@ struct RowMaker {
   }
 };
 
-struct RowReader {
+struct DirectionReader {
   const std::string place;
   const Json& json;
 
@@ -71,7 +71,7 @@ template <typename Direction>
 Json DirectionsJson(const std::vector<Direction>& directions) {
   Json json = Json::array();
   for (const Direction& direction : directions) {
-    RowMaker maker;
+    DirectionMaker maker;
     VisitFields(maker, direction);
     json.push_back(std::move(maker.json));
   }
@@ -82,7 +82,7 @@ template <typename Direction>
 std::vector<Direction> ParseDirections(const std::string& path, const char* key, const Json& json) {
   std::vector<Direction> directions;
   for (const Json& direction : json.at(key)) {
-    RowReader reader{fmt::format("{}: {}[{}]", path, key, directions.size()), direction};
+    DirectionReader reader{fmt::format("{}: {}[{}]", path, key, directions.size()), direction};
     VisitFields(reader, directions.emplace_back());
   }
   return directions;
