@@ -165,8 +165,7 @@ void CheckLength(const SourceInfo& info, const std::vector<ImuSample>& samples,
                "record for ten seconds or more, and mend what loses rows and images");
 }
 
-}  // namespace
-
+// What reading had to drop.
 void CheckWarnings(const Warnings& warnings, CheckReport* report) {
   for (const Remedy& remedy : kRemedies) {
     const auto found = warnings.entries().find(remedy.kind);
@@ -178,12 +177,14 @@ void CheckWarnings(const Warnings& warnings, CheckReport* report) {
   }
 }
 
+// Counts, rates and gaps.
 void CheckStamps(const SourceInfo& info, const std::vector<ImuSample>& samples,
                  CheckReport* report) {
   CheckImageStamps(info, report);
   CheckImuRate(info.rig, samples, report);
 }
 
+// Whether the samples cover the images.
 void CheckCover(const SourceInfo& info, const std::vector<ImuSample>& samples,
                 CheckReport* report) {
   const int64_t offset_ns = ToNanoseconds(info.rig.camera_time_offset_s);
@@ -204,6 +205,8 @@ void CheckCover(const SourceInfo& info, const std::vector<ImuSample>& samples,
     report->Warn("imu-cover", found, "start the IMU before the cameras and stop it after them");
   }
 }
+
+}  // namespace
 
 CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   const SourceInfo& info = source->info();

@@ -37,12 +37,6 @@ void CheckMirrored(const std::string& path, SequenceOptions options, const Progr
                    CheckFinding* finding);
 
 // The parts, each of which adds figures and findings. `samples` are the source's.
-void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop
-// Counts, rates and gaps.
-void CheckStamps(const SourceInfo& info, const std::vector<ImuSample>& samples,
-                 CheckReport* report);
-// Whether the samples cover the images.
-void CheckCover(const SourceInfo& info, const std::vector<ImuSample>& samples, CheckReport* report);
 void CheckImu(const std::vector<ImuSample>& samples,
               CheckReport* report);                          // values, units, gravity
 void CheckCalibration(const Rig& rig, CheckReport* report);  // figures

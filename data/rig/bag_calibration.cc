@@ -111,14 +111,15 @@ Warnings FrameTree::warnings() const {
   return warnings;
 }
 
+namespace {
+
+// Adds what is in /tf_static of all names; or in /tf, its first thousands of messages.
 void ReadFixedFrames(Bag* bag, FrameTree* frames) {
   constexpr int kMostFixed = 100'000;
   ReadFrames(true, kMostFixed, bag, frames);
 }
 
 void ReadMovingFrames(Bag* bag, FrameTree* frames) { ReadFrames(false, kMostMoving, bag, frames); }
-
-namespace {
 
 using FirstMessages = std::map<std::string, FirstMessage>;
 

@@ -67,10 +67,6 @@ class FrameTree {
   std::set<std::string> frames_;
 };
 
-// Adds what is in /tf_static of all names; or in /tf, its first thousands of messages.
-void ReadFixedFrames(Bag* bag, FrameTree* frames);
-void ReadMovingFrames(Bag* bag, FrameTree* frames);
-
 // Of a transform as ROS has it; nothing where its quaternion is none.
 std::optional<RigidTransform> FromRos(const RosTransform& transform);
 

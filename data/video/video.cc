@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -18,11 +19,18 @@
 #include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/io/json.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 namespace {
 
+namespace fs = std::filesystem;
 using Eigen::Vector3d;
+
+struct SensorLog {
+  std::vector<ImuRow> samples;  // as they were logged; a half that one lacks is NaN
+  std::map<int, std::vector<int64_t>> frames_ns;  // by camera, in the order of its video's frames
+};
 
 // What a step between stamps may be; in another unit it is a thousand times off.
 constexpr double kMostSampleStep_s = 0.05, kMostFrameStep_s = 0.7;
@@ -261,12 +269,16 @@ SensorLog ReadJsonLines(const std::string& path, Warnings* warnings) {
   return log;
 }
 
-}  // namespace
-
+// Reads .jsonl as Spectacular AI's recorder writes it, or .csv: a header that names a time and x, y
+// and z of a gyroscope, an accelerometer or both; without one, time, wx, wy, wz, ax, ay, az, or
+// four columns of the sensor that the file's name says. Stamps are in s, ms, us or ns, told by how
+// far they are apart. Rows that cannot be read are counted. Throws DataError and InputFault.
 SensorLog ReadSensorLog(const std::string& path, Warnings* warnings) {
   return path.ends_with(".jsonl") ? ReadJsonLines(path, warnings) : ReadCsvLog(path, warnings);
 }
 
+// Reads when the frames of a video were taken: a column that a header calls time or stamp, else the
+// first one; units as above.
 std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings) {
   std::vector<int> order;
   const StampedRows rows = ReadStampedRows(
@@ -285,10 +297,6 @@ std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings)
   }
   return stamps_ns;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int64_t kAround_ns = 1'000'000'000;  // of the IMU's time, in which a video may start
 

@@ -1,10 +1,8 @@
 // A video and what was logged beside it, written as an EuRoC (ASL) folder: its frames (of mp4, mkv,
-// mov, avi: what libavformat opens), grey, by their true times; samples of an IMU, and when frames
-// were taken.
+// mov, avi: what libavformat opens), grey, by their true times, and samples of an IMU.
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -13,7 +11,6 @@
 
 #include "data/core/error.h"
 #include "data/core/progress.h"
-#include "data/source/asl_files.h"
 
 namespace slcmap::inline data {
 
@@ -44,21 +41,6 @@ class VideoFile {
 
 // Whether a file is called as videos are.
 bool IsVideoName(const std::string& path);
-
-struct SensorLog {
-  std::vector<ImuRow> samples;  // as they were logged; a half that one lacks is NaN
-  std::map<int, std::vector<int64_t>> frames_ns;  // by camera, in the order of its video's frames
-};
-
-// Reads .jsonl as Spectacular AI's recorder writes it, or .csv: a header that names a time and x, y
-// and z of a gyroscope, an accelerometer or both; without one, time, wx, wy, wz, ax, ay, az, or
-// four columns of the sensor that the file's name says. Stamps are in s, ms, us or ns, told by how
-// far they are apart. Rows that cannot be read are counted. Throws DataError and InputFault.
-SensorLog ReadSensorLog(const std::string& path, Warnings* warnings);
-
-// Reads when the frames of a video were taken: a column that a header calls time or stamp, else the
-// first one; units as above.
-std::vector<int64_t> ReadFrameTimes(const std::string& path, Warnings* warnings);
 
 struct VideoRecording {
   std::string left, right;        // files; "" of the right where there is one camera

@@ -12,11 +12,37 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
+template <int kColumns>
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
 
 // The sine of the angle between the plane of the line and that of the image below which the line's
 // image is taken to be at infinity.
 constexpr double kMinSine = 1e-6;
 constexpr double kNoImageResidual = 10;  // standard deviations
+
+// A line of the world in Pluecker coordinates about an anchor, up to scale: for a point p of it,
+// moment = (p - anchor) x direction.
+struct PlueckerLine {
+  Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+};
+
+// Derivatives of a Pluecker line by up to four parameters, a column each.
+struct PlueckerJacobian {
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 4>;
+  Columns moment, direction;
+};
+
+// A line's residuals by the pose (dp, dtheta), by the camera calibration (psi, s, d) and by the
+// parameters of its Pluecker Jacobian.
+struct LineReprojectionJacobian {
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
+  Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor, 4,
+                kCameraCalibrationSize>
+      by_cameras;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
+};
 
 struct EndDistances {
   Vector2d residual = Vector2d::Constant(kNoImageResidual);
@@ -88,31 +114,17 @@ const LineSegment& GetSegment(const StereoLineMeasurement& measurement, int plac
   return place == 0 ? measurement.left : *measurement.right;
 }
 
-}  // namespace
-
-void EvaluateLineReprojection(const StereoGeometry& geometry,
-                              const StereoLineMeasurement& measurement, const double* pose,
-                              const double* cameras, const PlueckerLine& line, double* residuals) {
+// As the header has it; the Jacobian where it is wanted.
+void ReprojectLine(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                   const double* pose, const double* cameras, const PlueckerLine& line,
+                   const PlueckerJacobian& line_jacobian, double* residuals,
+                   LineReprojectionJacobian* jacobian) {
   const double weight = geometry.weight * measurement.weight;
-  for (int c = 0; 2 * c < measurement.rows(); ++c) {
-    const int camera = measurement.camera + c;
-    const LinePlane plane(geometry, camera, pose, cameras, line);
-    Map<Vector2d>{residuals + 2 * c} =
-        Distances(plane.NormalInCamera(),
-                  LensEnds(GetSegment(measurement, c), camera, geometry, plane.lens), weight)
-            .residual;
+  if (jacobian) {
+    jacobian->by_pose.resize(measurement.rows(), 6);
+    jacobian->by_cameras.setZero(measurement.rows(), kCameraCalibrationSize);
+    jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   }
-}
-
-void LinearizeLineReprojection(const StereoGeometry& geometry,
-                               const StereoLineMeasurement& measurement, const double* pose,
-                               const double* cameras, const PlueckerLine& line,
-                               const PlueckerJacobian& line_jacobian, double* residuals,
-                               LineReprojectionJacobian* jacobian) {
-  const double weight = geometry.weight * measurement.weight;
-  jacobian->by_pose.resize(measurement.rows(), 6);
-  jacobian->by_cameras.setZero(measurement.rows(), kCameraCalibrationSize);
-  jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
     const int camera = measurement.camera + c;
     const LinePlane plane(geometry, camera, pose, cameras, line);
@@ -120,6 +132,7 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
         Distances(plane.NormalInCamera(),
                   LensEnds(GetSegment(measurement, c), camera, geometry, plane.lens), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
+    if (!jacobian) continue;
     const Matrix23d& by_normal = ends.jacobian;
     const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
     const Matrix23d by_world = by_imu * plane.R_world_imu.transpose();
@@ -142,7 +155,28 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
   }
 }
 
-namespace {
+// Of a line's residual: `make` gives the line and its Jacobian, where that is wanted, and `by_line`
+// takes the derivatives by its numbers. The pose comes first, the cameras, where they are bound,
+// next.
+template <typename Make, typename ByLine>
+void EvaluateReprojection(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                          bool binds_cameras, const double* const* parameters, double* residuals,
+                          double** jacobians, const Make& make, const ByLine& by_line) {
+  const double* cameras = binds_cameras ? parameters[1] : nullptr;
+  PlueckerJacobian by_parameters;
+  const PlueckerLine line = make(jacobians ? &by_parameters : nullptr);
+  LineReprojectionJacobian d;
+  ReprojectLine(geometry, measurement, parameters[0], cameras, line, by_parameters, residuals,
+                jacobians ? &d : nullptr);
+  if (!jacobians) return;
+  const int rows = measurement.rows();
+  if (jacobians[0]) Map<RowMajor<6>>(jacobians[0], rows, 6) = d.by_pose;
+  if (cameras && jacobians[1]) {
+    Map<RowMajor<kCameraCalibrationSize>>(jacobians[1], rows, kCameraCalibrationSize) =
+        d.by_cameras;
+  }
+  by_line(d.by_line);
+}
 
 // The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
 // wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
@@ -195,31 +229,20 @@ StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
 void StructuralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                         double** jacobians) const {
   const int last = blocks() - 1, heading_at = last - 1;
-  const double* cameras = binds_cameras_ ? parameters[1] : nullptr;
   const double* heading = line_.HasHeading() ? parameters[heading_at] : nullptr;
-  if (!jacobians) {
-    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
-                             Pluecker(line_, heading, parameters[last], nullptr), residuals);
-    return;
-  }
-  PlueckerJacobian by_parameters;
-  const PlueckerLine line = Pluecker(line_, heading, parameters[last], &by_parameters);
-  LineReprojectionJacobian d;
-  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_parameters,
-                            residuals, &d);
-  using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
-  using ByCameras = Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor>;
-  using RowMajor2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-  if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
-  if (cameras && jacobians[1]) {
-    Eigen::Map<ByCameras>(jacobians[1], rows(), kCameraCalibrationSize) = d.by_cameras;
-  }
-  if (heading && jacobians[heading_at]) {
-    Eigen::Map<Eigen::VectorXd>(jacobians[heading_at], rows()) = d.by_line.col(0);
-  }
-  if (jacobians[last]) {
-    Eigen::Map<RowMajor2>(jacobians[last], rows(), 2) = d.by_line.rightCols<2>();
-  }
+  EvaluateReprojection(
+      *geometry_, measurement_, binds_cameras_, parameters, residuals, jacobians,
+      [&](PlueckerJacobian* by_parameters) {
+        return Pluecker(line_, heading, parameters[last], by_parameters);
+      },
+      [&](const auto& by_line) {
+        if (heading && jacobians[heading_at]) {
+          Map<Eigen::VectorXd>(jacobians[heading_at], rows()) = by_line.col(0);
+        }
+        if (jacobians[last]) {
+          Map<RowMajor<2>>(jacobians[last], rows(), 2) = by_line.template rightCols<2>();
+        }
+      });
 }
 
 namespace {
@@ -257,25 +280,14 @@ GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
 void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                      double** jacobians) const {
   const int last = blocks() - 1;
-  const double* cameras = last == 2 ? parameters[1] : nullptr;
-  if (!jacobians) {
-    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
-                             Pluecker(anchor_world_, parameters[last], nullptr), residuals);
-    return;
-  }
-  PlueckerJacobian by_tangent;
-  const PlueckerLine line = Pluecker(anchor_world_, parameters[last], &by_tangent);
-  LineReprojectionJacobian d;
-  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_tangent,
-                            residuals, &d);
-  using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
-  using ByCameras = Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor>;
-  using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
-  if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
-  if (cameras && jacobians[1]) {
-    Eigen::Map<ByCameras>(jacobians[1], rows(), kCameraCalibrationSize) = d.by_cameras;
-  }
-  if (jacobians[last]) Eigen::Map<RowMajor4>(jacobians[last], rows(), 4) = d.by_line;
+  EvaluateReprojection(
+      *geometry_, measurement_, last == 2, parameters, residuals, jacobians,
+      [&](PlueckerJacobian* by_tangent) {
+        return Pluecker(anchor_world_, parameters[last], by_tangent);
+      },
+      [&](const auto& by_line) {
+        if (jacobians[last]) Map<RowMajor<4>>(jacobians[last], rows(), 4) = by_line;
+      });
 }
 
 }  // namespace slcmap::odometry

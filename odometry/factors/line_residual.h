@@ -36,30 +36,6 @@ struct StereoLineMeasurement {
   }
 };
 
-// A line of the world in Pluecker coordinates about an anchor, up to scale: for a point p of it,
-// moment = (p - anchor) x direction.
-struct PlueckerLine {
-  Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
-};
-
-// Derivatives of a Pluecker line by up to four parameters, a column each.
-struct PlueckerJacobian {
-  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 4>;
-  Columns moment, direction;
-};
-
-// A line's residuals by the pose (dp, dtheta), by the camera calibration (psi, s, d) and by the
-// parameters of its Pluecker Jacobian.
-struct LineReprojectionJacobian {
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
-  Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor, 4,
-                kCameraCalibrationSize>
-      by_cameras;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
-};
-
 // With the centre c and rotation R of a camera in the world, the line's image is the homogeneous
 //
 //   n = diag(1, 1, 1 + s) R^T ( moment + (anchor - c) x direction )
@@ -68,21 +44,11 @@ struct LineReprojectionJacobian {
 // distance (SLC-VIO, section 3.3, without the division by depth). Rows: the two ends in the left
 // camera, then (where seen) in the right one. Where the line has no image (it passes through the
 // camera, or its plane is parallel to the image), the rows are constant. `cameras` is a camera
-// calibration block (see blocks.h), which turns the right camera by psi; null where the
+// calibration block (see factor.h), which turns the right camera by psi; null where the
 // geometry is exact.
-void EvaluateLineReprojection(const StereoGeometry& geometry,
-                              const StereoLineMeasurement& measurement, const double* pose,
-                              const double* cameras, const PlueckerLine& line, double* residuals);
-
-// The same with derivatives.
-void LinearizeLineReprojection(const StereoGeometry& geometry,
-                               const StereoLineMeasurement& measurement, const double* pose,
-                               const double* cameras, const PlueckerLine& line,
-                               const PlueckerJacobian& line_jacobian, double* residuals,
-                               LineReprojectionJacobian* jacobian);
 
 // Blocks: pose, camera calibration (where it is bound), heading (but for a vertical line),
-// structural line. Rows as in EvaluateLineReprojection().
+// structural line.
 class StructuralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
@@ -100,8 +66,7 @@ class StructuralLineResidual final : public Factor {
   bool binds_cameras_;
 };
 
-// Blocks: pose, camera calibration (where it is bound), general line. Rows as in
-// EvaluateLineReprojection().
+// Blocks: pose, camera calibration (where it is bound), general line.
 class GeneralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
