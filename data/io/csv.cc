@@ -143,7 +143,7 @@ std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift) {
     digits.append(zeros, '0');
   } else if (const size_t below_one = -zeros; below_one <= digits.size()) {
     round_up = digits[digits.size() - below_one] >= '5';
-    digits.resize(digits.size() - below_one);
+    digits.erase(digits.size() - below_one);
   } else {
     digits.clear();
   }
