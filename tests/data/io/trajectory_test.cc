@@ -56,8 +56,8 @@ TEST(Trajectory, ErrorsNameFileAndRow) {
     return MessageOf<DataError>([&] { ReadTrajectory(path); });
   };
   const std::string good = "1.0 0 0 0 0 0 0 1\n";
-  EXPECT_THAT(message(good + "2.0 0 0 nan 0 0 0 1\n"),
-              AllOf(HasSubstr("bad.tum: row 2"), HasSubstr("'nan'")));
+  EXPECT_THAT(message(good + "2.0 0 0 inf 0 0 0 1\n"),
+              AllOf(HasSubstr("bad.tum: row 2"), HasSubstr("'inf'")));
   EXPECT_THAT(message(good + "2.0 0 0\n"), HasSubstr("row 2: found 3 columns, expected 8"));
   EXPECT_THAT(message(good + "x 0 0 0 0 0 0 1\n"), HasSubstr("row 2: found 'x', expected a stamp"));
   EXPECT_THAT(message(good + good), HasSubstr("found 1 stamps of 2 that are those of another"));
