@@ -6,20 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <set>
 
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/io/yaml.h"
-#include "export/cad/cad_writers.h"
-#include "export/ortho/ortho_writer.h"
-#include "export/plan/plan_writer.h"
-#include "export/scene/map_writer.h"
-#include "export/scene/scene.h"
-#include "export/sfm/text_models.h"
-#include "export/survey/survey_writers.h"
-#include "export/web/gltf_writer.h"
-#include "export/web/tiles_writer.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
@@ -60,9 +54,9 @@ std::set<std::string> FilesOfLastExport(const std::string& folder) {
 
 // Folders are replaced with all that they hold, which must be what an export wrote.
 void RefuseFilesOfOthers(const std::string& folder, const std::set<std::string>& last,
-                         const std::vector<std::unique_ptr<MapWriter>>& writers) {
-  for (const auto& writer : writers) {
-    for (const std::string& name : writer->Names()) {
+                         const std::vector<MapFormat>& formats) {
+  for (const MapFormat& format : formats) {
+    for (const std::string& name : format.files) {
       std::error_code error;
       if (!fs::is_directory(folder + "/" + name, error)) continue;
       for (const auto& entry : fs::recursive_directory_iterator(folder + "/" + name, error)) {
@@ -89,49 +83,53 @@ void RemoveOthers(const std::string& folder, const std::set<std::string>& last,
   }
 }
 
-// A writer for each format there is, with its options.
-std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
-  const auto scene = std::make_shared<SceneOfMap>(options.scene);
+// The formats there are, with their options.
+std::vector<MapFormat> ListFormats(const ExportOptions& options) {
+  using std::bind_front;
+  const auto scene = std::make_shared<SceneOfMap>(options.max_vertices);
   const auto textures = std::make_shared<std::vector<FaceTexture>>();
-  std::vector<std::unique_ptr<MapWriter>> writers;
-  // First, as the scene shows its images.
-  writers.push_back(std::make_unique<OrthoWriter>(options.recording, textures));
-  writers.push_back(
-      std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf, textures));
-  writers.push_back(std::make_unique<PlySceneWriter>(scene, options.ply));
-  writers.push_back(std::make_unique<CloudWriter>(options.ply));
-  writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
-  writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
-  writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
-  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s, options.obj));
-  writers.push_back(std::make_unique<IfcWriter>(options.ifc));
-  writers.push_back(std::make_unique<ColmapWriter>(options.colmap, options.recording));
-  writers.push_back(std::make_unique<LimapWriter>());
-  writers.push_back(std::make_unique<GridWriter>(options.grid));
-  writers.push_back(std::make_unique<LasWriter>(options.las));
-  writers.push_back(std::make_unique<E57Writer>());
-  writers.push_back(std::make_unique<GeoPackageWriter>());
-  writers.push_back(std::make_unique<GeoJsonWriter>());
-  writers.push_back(std::make_unique<TilesWriter>(options.tiles));
-  return writers;
+  return {// First, as the scene shows its images.
+          {"ortho", {"ortho"}, bind_front(WriteOrtho, options.recording, textures), false},
+          {"glb",
+           {"scene.glb"},
+           bind_front(WriteGlb, options.gltf, options.max_vertices, scene, textures)},
+          {"ply",
+           {"points.ply", "lines.ply", "trajectory.ply", "keyframes.ply", "voxels.ply",
+            "line_bars.ply"},
+           bind_front(WriteScenePly, options.ascii_ply, scene)},
+          {"cloud",
+           {"points.pcd", "dense.pcd", "dense.ply", "occupancy.bt"},
+           bind_front(WriteClouds, options.ascii_ply)},
+          {"svg", {"plan"}, bind_front(WriteSvgPlans, options.plan)},
+          {"pdf", {"plan.pdf", "plan"}, bind_front(WritePdfPlans, options.plan)},
+          {"dxf", {"plan.dxf", "map.dxf", "plan"}, bind_front(WriteDxf, options.plan)},
+          {"obj", {"map.obj", "map.mtl"}, bind_front(WriteObj, options.obj_up)},
+          {"ifc", {"map.ifc"}, bind_front(WriteIfc, options.ifc_line_solids)},
+          {"colmap", {"colmap"}, bind_front(WriteColmap, options.colmap_images, options.recording)},
+          {"limap", {"limap"}, WriteLimap},
+          {"grid", {"grid"}, bind_front(WriteGrids, options.grid)},
+          {"las", {"cloud.las"}, bind_front(WriteLas, options.las_version)},
+          {"e57", {"cloud.e57"}, WriteE57},
+          {"gpkg", {"plan.gpkg"}, WriteGeoPackage},
+          {"geojson", {"plan"}, WriteGeoJson},
+          {"tiles", {"tiles"}, bind_front(WriteTiles, options.tiles_page)}};
 }
 
-// Those of the formats that are wanted.
-std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& options) {
-  std::vector<std::unique_ptr<MapWriter>> writers = MakeMapWriters(options);
-  const std::vector<std::string>& wanted = options.formats;
-  std::erase_if(writers, [&](const std::unique_ptr<MapWriter>& writer) {
-    if (wanted.empty()) return !writer->IsWrittenByDefault();
-    return std::find(wanted.begin(), wanted.end(), writer->Format()) == wanted.end();
+// Those that are wanted.
+std::vector<MapFormat> WantedFormats(const ExportOptions& options) {
+  std::vector<MapFormat> formats = ListFormats(options);
+  std::erase_if(formats, [&](const MapFormat& format) {
+    if (options.formats.empty()) return !format.is_written_by_default;
+    return std::ranges::count(options.formats, format.name) == 0;
   });
-  return writers;
+  return formats;
 }
 
 // What readers of the files would not find out from them.
-void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWriter>>& writers) {
-  const auto has = [&](const std::set<std::string>& formats) {
+void TellOfFiles(const MapResult& map, const std::vector<MapFormat>& formats) {
+  const auto has = [&](const std::set<std::string>& names) {
     return std::ranges::any_of(
-        writers, [&](const auto& writer) { return formats.contains(writer->Format()); });
+        formats, [&](const MapFormat& format) { return names.contains(format.name); });
   };
   const bool has_surroundings = !map.building.storeys.empty() || CountDense(map) > 0;
   if (has_surroundings && map.building.walls.empty() && has({"svg", "pdf", "dxf"})) {
@@ -154,16 +152,17 @@ bool IsOneOfMany(const std::string& name) {
 std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform& T_export_map,
                                       const ExportOptions& options, const Progress& progress,
                                       OutputFolder* folder) {
-  const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
-  TellOfFiles(map, writers);
+  const std::vector<MapFormat> formats = WantedFormats(options);
+  TellOfFiles(map, formats);
   const std::set<std::string> last = FilesOfLastExport(folder->path());
-  RefuseFilesOfOthers(folder->path(), last, writers);
-  const auto parts = static_cast<double>(writers.size());
+  RefuseFilesOfOthers(folder->path(), last, formats);
+  const auto parts = static_cast<double>(formats.size());
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < writers.size(); ++i) {
+  for (std::size_t i = 0; i < formats.size(); ++i) {
     const double from = static_cast<double>(i) / parts;
     const Progress part = progress.Part(from, from + 1 / parts);
-    for (const std::string& path : writers[i]->Write(folder->staging(), map, part)) {
+    part.ReportOrStop(0);
+    for (const std::string& path : formats[i].write(folder->staging(), map, part)) {
       names.push_back(path.substr(folder->staging().size() + 1));
     }
   }
@@ -181,18 +180,17 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
 }  // namespace
 
 std::vector<std::string> ExportFormats() {
-  auto writers = MakeMapWriters({});
-  std::ranges::stable_partition(writers,
-                                [](const auto& writer) { return writer->IsWrittenByDefault(); });
-  std::vector<std::string> formats;
-  for (const auto& writer : writers) formats.push_back(writer->Format());
-  return formats;
+  std::vector<MapFormat> formats = ListFormats({});
+  std::ranges::stable_partition(formats, &MapFormat::is_written_by_default);
+  std::vector<std::string> names;
+  for (const MapFormat& format : formats) names.push_back(format.name);
+  return names;
 }
 
 StageFiles ExportFiles() {
   StageFiles files = {"an export", {kSummary}};
-  for (const auto& writer : MakeMapWriters({})) {
-    for (const std::string& name : writer->Names()) {
+  for (const MapFormat& format : ListFormats({})) {
+    for (const std::string& name : format.files) {
       if (std::ranges::find(files.names, name) == files.names.end()) files.names.push_back(name);
     }
   }
@@ -214,18 +212,30 @@ MapSource ExportSourceIn(const std::string& folder) {
 }
 
 void CheckFormats(const ExportOptions& options) {
+  const auto refuse_unless = [](bool is_good, const char* key, const std::string& found,
+                                const char* expected) {
+    if (is_good) return;
+    throw ConfigError(fmt::format("{}: found {}, expected {}", key, found, expected));
+  };
+  const auto expect_one = [&](const std::string& value, const std::vector<std::string>& known,
+                              const char* key, const char* expected) {
+    refuse_unless(std::ranges::count(known, value) > 0, key, "'" + value + "'", expected);
+  };
   options.plan.Check();
-  options.obj.Check();
-  options.colmap.Check();
-  options.grid.Check();
-  options.las.Check();
+  expect_one(options.obj_up, {"z", "y"}, "obj up", "'z' or 'y'");
+  expect_one(options.colmap_images, {"", "rectified"}, "colmap images", "'rectified'");
+  const auto& [low_m, high_m] = options.grid;
+  refuse_unless(std::isfinite(low_m) && std::isfinite(high_m) && low_m < high_m, "grid heights",
+                fmt::format("{} to {}", low_m, high_m),
+                "a lower and a higher one, in metres over the floor");
+  expect_one(options.las_version, {"1.2", "1.4"}, "las version", "1.2 or 1.4");
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;
     throw ConfigError(fmt::format("format: found '{}', expected one of {}{}", format,
                                   fmt::join(known, ", "), DidYouMean(format, known)));
   }
-  const bool reads_images = !options.colmap.images.empty() ||
+  const bool reads_images = !options.colmap_images.empty() ||
                             std::ranges::find(options.formats, "ortho") != options.formats.end();
   if (!options.recording.sequence.empty() && !reads_images) {
     throw ConfigError(

@@ -7,29 +7,30 @@
 #include "data/core/progress.h"
 #include "data/io/output_folder.h"
 #include "export/scene/options.h"
+#include "export/scene/scene.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {
 
 struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
-  SceneOptions scene;
+  int max_vertices = kMostVertices;  // of what is drawn of a map
   PlanOptions plan;
   GltfOptions gltf;
-  TilesOptions tiles;
-  PlyOptions ply;
-  IfcOptions ifc;
-  ObjOptions obj;
-  ColmapOptions colmap;
-  RecordingOptions recording;
   GridOptions grid;
-  LasOptions las;
+  bool ascii_ply = false;           // text, for scripts; up to two and a half times as large
+  bool ifc_line_solids = false;     // lines as thin solids too: viewers often hide annotations
+  std::string obj_up = "z";         // or "y", as many programs of modelling and games have it
+  std::string las_version = "1.2";  // or "1.4"
+  std::string tiles_page;           // the bundle of the page that shows them; "" for none
+  std::string colmap_images;        // "": none, "rectified": as the model's cameras have them
+  RecordingOptions recording;
 };
 
 // The names of the formats there are.
 std::vector<std::string> ExportFormats();
 
-// Throws ConfigError for a format that there is not, and for options of plans that cannot be.
+// Throws ConfigError for a format that there is not, and for options that cannot be.
 void CheckFormats(const ExportOptions& options);
 
 // The names of the files of an export in all formats.
@@ -44,7 +45,7 @@ MapSource ExportSourceIn(const std::string& folder);
 // (FrameOfExports), and the summary says how the run
 // (`yaw_rad`) and the map's world (`map_yaw_rad`) are turned in it. The files of an earlier export
 // are replaced once all are written. Throws ConfigError for a format
-// that there is not, a map that is too large (SceneOptions::max_vertices) or files of others in
+// that there is not, a map that is too large (max_vertices) or files of others in
 // folders that are written anew, OutputError naming the
 // file that cannot be written, StoppedError when progress says so, and what OutputFolder throws;
 // the files of an earlier export then stay as they were.

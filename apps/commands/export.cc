@@ -42,7 +42,7 @@ void Export(ExportArguments arguments) {
   names.Apply(&map);
   output.Open();
   arguments.options.recording.calibration = arguments.map + "/calibration.yaml";
-  arguments.options.tiles.page = FindTilesPage();
+  arguments.options.tiles_page = FindTilesPage();
   const Progress progress = StageProgress("export");
   for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
     spdlog::info("wrote {}", path);
@@ -83,7 +83,7 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
                               fmt::join(ExportFormats(), ", ")))
       ->delimiter(',');
   command
-      .add_option("--max-vertices", options->scene.max_vertices,
+      .add_option("--max-vertices", options->max_vertices,
                   "Refuse a map that takes more; some 150 bytes of memory each")
       ->capture_default_str();
   command
@@ -130,13 +130,13 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
   command.add_flag("--voxels", options->gltf.voxels, "GLB: occupied voxels as cubes too");
   command.add_flag("--quantised", options->gltf.quantised,
                    "GLB: positions in 16 bits of each layer's extent, for smaller files");
-  command.add_flag("--ascii-ply", options->ply.ascii,
+  command.add_flag("--ascii-ply", options->ascii_ply,
                    "PLY: as text, for scripts that cannot read binary files");
-  command.add_option("--obj-up", options->obj.up, "OBJ: the axis that points up, z or y")
+  command.add_option("--obj-up", options->obj_up, "OBJ: the axis that points up, z or y")
       ->capture_default_str()
       ->type_name("AXIS");
   command
-      .add_option("--colmap-images", options->colmap.images,
+      .add_option("--colmap-images", options->colmap_images,
                   "COLMAP: the images too, out of the recording: 'rectified', as its cameras are")
       ->type_name("KIND");
   command
@@ -149,11 +149,11 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       ->delimiter(',')
       ->type_name("LOW,HIGH");
   command
-      .add_option("--las-version", options->las.version,
+      .add_option("--las-version", options->las_version,
                   "LAS: 1.2, which most programs read, or 1.4")
       ->capture_default_str()
       ->type_name("VERSION");
-  command.add_flag("--ifc-line-solids", options->ifc.line_solids,
+  command.add_flag("--ifc-line-solids", options->ifc_line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }
 
@@ -165,7 +165,7 @@ struct ViewArguments {
   std::string map, output;
   std::string served;  // folder of tilesets; "" where a page is written
   int port = 8080;     // as many servers for oneself have it
-  PageOptions page;
+  std::string title;
   bool accept_changed = false;
   bool images = false;
   std::string names;
@@ -242,14 +242,14 @@ void ViewMap(ViewArguments arguments) {
   const NamesFile names(arguments.names);
   MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   names.Apply(&map);
-  if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
+  if (arguments.title.empty()) arguments.title = TitleOfMap(arguments.map);
   const MadeFolder folder(std::filesystem::absolute(LinkTarget(arguments.output)).parent_path());
   const Progress progress = StageProgress("view");
   std::vector<PageImage> images;
   if (arguments.images) {
     images = ReadPageImages(map, *OpenRecording(map, arguments), {}, progress.Part(0, 0.5));
   }
-  WritePage(map, page_template, arguments.page, images, arguments.output,
+  WritePage(map, page_template, arguments.title, images, arguments.output,
             progress.Part(arguments.images ? 0.5 : 0, 1));
 }
 
@@ -275,7 +275,7 @@ void AddViewCommand(CLI::App& app) {
       ->check(CLI::Range(0, 65535))
       ->capture_default_str()
       ->needs(serve);
-  command->add_option("--title", arguments->page.title, "Of the page (default: the folder's name)");
+  command->add_option("--title", arguments->title, "Of the page (default: the folder's name)");
   AddNamesOption(*command, &arguments->names);
   CLI::Option* images =
       command->add_flag("--images", arguments->images,
@@ -342,10 +342,10 @@ void RemovePage(const std::string& path) {
   if (IsPage(path)) std::filesystem::remove(LinkTarget(path), ignored);
 }
 
-void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
+void WritePage(const MapResult& map, const std::string& page_template, const std::string& title,
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress) {
-  const std::string page = MakePage(map, page_template, options, images, progress);
+  const std::string page = MakePage(map, page_template, title, images, progress);
   CheckPagePlace(path);  // again: that took a while
   ReplaceFile(path, page);
   spdlog::info("wrote {} ({:.1f} MB): open it in a browser", path,

@@ -30,7 +30,7 @@ void RemovePage(const std::string& path);
 // Writes the page of a map, all of it or, where that fails, nothing: what was there before stays.
 // The template is that of ReadPageTemplate(). Throws OutputError, what CheckPagePlace() throws, and
 // StoppedError when progress says so.
-void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
+void WritePage(const MapResult& map, const std::string& page_template, const std::string& title,
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress);
 
@@ -38,7 +38,7 @@ void WritePage(const MapResult& map, const std::string& page_template, const Pag
 // program. Throws DataError, saying how to get it, where the program was built without it.
 std::string ReadPageTemplate(const std::string& name = "page/page.html");
 
-// The template of the page of tilesets, for TilesOptions; "" where there is none.
+// The template of the page of tilesets, for ExportOptions; "" where there is none.
 std::string FindTilesPage();
 
 }  // namespace slcmap::commands

@@ -90,9 +90,8 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
     spdlog::warn("{}", error.what());
     return "";
   }
-  PageOptions options;
-  options.title = TitleOfMap(output + "/map");
-  WritePage(map, page_template, options, {}, PageIn(output), StageProgress("view"));
+  WritePage(map, page_template, TitleOfMap(output + "/map"), {}, PageIn(output),
+            StageProgress("view"));
   return PageIn(output);
 }
 
@@ -134,7 +133,7 @@ void RunAll(const RunArguments& arguments) {
   const MapResult map = ReadMapFolder(output + "/map");
   ExportOptions exporting = arguments.exporting;
   exporting.recording.calibration = output + "/map/calibration.yaml";
-  exporting.tiles.page = FindTilesPage();
+  exporting.tiles_page = FindTilesPage();
   const std::vector<std::string> files = Timed(
       "export", [&] { return ExportMap(map, &export_folder, exporting, StageProgress("export")); });
   const std::string page = WriteRunPage(map, output);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "data/io/file.h"
-#include "export/cad/cad_writers.h"
 #include "export/plan/section_drawing.h"
-#include "export/plan/storey_plan.h"
+#include "export/plan/sheet.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 #include "export/scene/map_layers.h"
-#include "export/scene/map_writer.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -44,7 +45,31 @@ class Groups {
   std::string* text_;
 };
 
+enum class DxfLinetype { kContinuous, kDashed, kDotted };
+
+struct DxfLayer {
+  std::string name;
+  int colour = 7;  // of AutoCAD's index: 1 red, 3 green, 5 blue, 7 black or white, ...
+  DxfLinetype linetype = DxfLinetype::kContinuous;
+  bool is_on = true;
+};
+
 constexpr std::array<const char*, 3> kLinetypes = {"CONTINUOUS", "DASHED", "DOTTED"};
+
+// A text with ASCII characters alone.
+std::string Ascii(const std::string& text) {
+  const std::pair<const char*, const char*> known[] = {{"\u00b2", "2"}, {"\u03c3", "sigma"}};
+  std::string ascii = text;
+  for (const auto& [from, to] : known) {
+    for (size_t at = 0; (at = ascii.find(from, at)) != std::string::npos;) {
+      ascii.replace(at, std::char_traits<char>::length(from), to);
+    }
+  }
+  for (char& c : ascii) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  return ascii;
+}
 
 Vector3d Flat(const Vector2d& p) { return {p.x(), p.y(), 0}; }
 
@@ -158,172 +183,181 @@ void WriteDimensionStyle(const PlanTextSizes& sizes, std::string* text) {
   groups.Name(0, "ENDTAB");
 }
 
-}  // namespace
+// A DXF file in the form of AutoCAD R12, the one that all programs read.
+//
+// Metres. Names are upper-case ASCII letters, digits, $, _ and -, at most 31 of them. Texts are
+// ASCII: what is not, is written by its nearest ASCII characters.
+class DxfFile {
+ public:
+  // Texts and dashes are sized for a drawing that is printed at 1 : scale. What the comment says is
+  // at the head of the file; "" for nothing.
+  DxfFile(int scale, const std::string& comment)
+      : scale_(scale), sizes_(scale), comment_(comment) {}
 
-std::string Ascii(const std::string& text) {
-  const std::pair<const char*, const char*> known[] = {{"\u00b2", "2"}, {"\u03c3", "sigma"}};
-  std::string ascii = text;
-  for (const auto& [from, to] : known) {
-    for (size_t at = 0; (at = ascii.find(from, at)) != std::string::npos;) {
-      ascii.replace(at, std::char_traits<char>::length(from), to);
-    }
+  // What is drawn on a layer comes after it was added. Layers on which nothing is drawn are left
+  // out of the file.
+  void AddLayer(const DxfLayer& layer) { layers_.push_back(layer); }
+
+  void AddLine(const std::string& layer, const Vector3d& start, const Vector3d& end) {
+    used_.insert(layer);
+    Extend(start);
+    Extend(end);
+    WriteLine(layer, start, end, &entities_);
   }
-  for (char& c : ascii) {
-    if (c < ' ' || c > '~') c = '?';
-  }
-  return ascii;
-}
 
-void DxfFile::AddLine(const std::string& layer, const Vector3d& start, const Vector3d& end) {
-  used_.insert(layer);
-  Extend(start);
-  Extend(end);
-  WriteLine(layer, start, end, &entities_);
-}
-
-void DxfFile::AddPoint(const std::string& layer, const Vector3d& point) {
-  used_.insert(layer);
-  Extend(point);
-  Groups(&entities_).Name(0, "POINT").Name(8, layer).Point(0, point);
-}
-
-void DxfFile::AddTriangle(const std::string& layer, const std::array<Vector3d, 3>& corners) {
-  used_.insert(layer);
-  constexpr int kAllEdgesHidden = 15;  // outlines are drawn beside
-  for (const Vector3d& corner : corners) Extend(corner);
-  Groups(&entities_)
-      .Name(0, "3DFACE")
-      .Name(8, layer)
-      .Point(0, corners[0])
-      .Point(1, corners[1])
-      .Point(2, corners[2])
-      .Point(3, corners[2])
-      .Number(70, kAllEdgesHidden);
-}
-
-void DxfFile::AddPolyline(const std::string& layer, const std::vector<Vector3d>& points,
-                          bool is_closed) {
-  used_.insert(layer);
-  constexpr int kClosed = 1, kInSpace = 8, kVertexInSpace = 32;
-  Groups groups(&entities_);
-  groups.Name(0, "POLYLINE").Name(8, layer).Number(66, 1).Point(0, Vector3d::Zero());
-  groups.Number(70, kInSpace + (is_closed ? kClosed : 0));
-  for (const Vector3d& point : points) {
+  void AddPoint(const std::string& layer, const Vector3d& point) {
+    used_.insert(layer);
     Extend(point);
-    groups.Name(0, "VERTEX").Name(8, layer).Point(0, point).Number(70, kVertexInSpace);
+    Groups(&entities_).Name(0, "POINT").Name(8, layer).Point(0, point);
   }
-  groups.Name(0, "SEQEND").Name(8, layer);
-}
 
-void DxfFile::AddText(const std::string& layer, const DrawnText& text) {
-  used_.insert(layer);
-  Extend(Flat(text.position));
-  WriteText(layer, text, &entities_);
-}
+  void AddTriangle(const std::string& layer, const std::array<Vector3d, 3>& corners) {
+    used_.insert(layer);
+    constexpr int kAllEdgesHidden = 15;  // outlines are drawn beside
+    for (const Vector3d& corner : corners) Extend(corner);
+    Groups(&entities_)
+        .Name(0, "3DFACE")
+        .Name(8, layer)
+        .Point(0, corners[0])
+        .Point(1, corners[1])
+        .Point(2, corners[2])
+        .Point(3, corners[2])
+        .Number(70, kAllEdgesHidden);
+  }
 
-void DxfFile::AddDimension(const std::string& layer, const Dimension& dimension) {
-  used_.insert(layer);
-  constexpr int kAtAngle = 0, kAnonymous = 1;
-  const std::string block = fmt::format("*D{}", ++dimensions_);
-  const Drawing drawing = DrawDimension(dimension, sizes_);
-  Groups blocks(&blocks_);
-  blocks.Name(0, "BLOCK").Name(8, layer).Name(2, block).Number(70, kAnonymous);
-  blocks.Point(0, Vector3d::Zero()).Name(3, block);
-  for (const DrawnPath& path : drawing.paths) {
-    for (size_t i = 0; i + 1 < path.points.size(); ++i) {
-      WriteLine(layer, Flat(path.points[i]), Flat(path.points[i + 1]), &blocks_);
-      Extend(Flat(path.points[i]));
+  void AddPolyline(const std::string& layer, const std::vector<Vector3d>& points, bool is_closed) {
+    used_.insert(layer);
+    constexpr int kClosed = 1, kInSpace = 8, kVertexInSpace = 32;
+    Groups groups(&entities_);
+    groups.Name(0, "POLYLINE").Name(8, layer).Number(66, 1).Point(0, Vector3d::Zero());
+    groups.Number(70, kInSpace + (is_closed ? kClosed : 0));
+    for (const Vector3d& point : points) {
+      Extend(point);
+      groups.Name(0, "VERTEX").Name(8, layer).Point(0, point).Number(70, kVertexInSpace);
     }
+    groups.Name(0, "SEQEND").Name(8, layer);
   }
-  const DrawnText& text = drawing.texts.front();
-  WriteText(layer, text, &blocks_);
-  blocks.Name(0, "ENDBLK").Name(8, layer);
-  const Vector2d along = dimension.to - dimension.from;
-  const Vector2d up(-std::sin(text.angle_rad), std::cos(text.angle_rad));
-  Groups(&entities_)
-      .Name(0, "DIMENSION")
-      .Name(8, layer)
-      .Name(2, block)
-      .Point(0, Flat(dimension.LineEnd()))
-      .Point(1, Flat(text.position + 0.5 * text.height * up))
-      .Number(70, kAtAngle)
-      .Name(1, text.text)
-      .Name(3, "STANDARD")
-      .Point(3, Flat(dimension.from))
-      .Point(4, Flat(dimension.to))
-      .Real(50, std::atan2(along.y(), along.x()) * 180 / M_PI);
-}
 
-void DxfFile::Extend(const Vector3d& point) {
-  least_ = is_empty_ ? point : least_.cwiseMin(point);
-  most_ = is_empty_ ? point : most_.cwiseMax(point);
-  is_empty_ = false;
-}
-
-std::vector<DxfLayer> DxfFile::UsedLayers() const {
-  std::vector<DxfLayer> used;
-  for (const DxfLayer& layer : layers_) {
-    if (used_.contains(layer.name)) used.push_back(layer);
+  void AddText(const std::string& layer, const DrawnText& text) {
+    used_.insert(layer);
+    Extend(Flat(text.position));
+    WriteText(layer, text, &entities_);
   }
-  return used;
-}
 
-std::string DxfFile::Header() const {
-  std::string text;
-  Groups groups(&text);
-  if (!comment_.empty()) groups.Name(999, comment_);
-  groups.Name(0, "SECTION").Name(2, "HEADER");
-  groups.Variable("$ACADVER").Name(1, "AC1009");
-  groups.Variable("$EXTMIN").Point(0, least_).Variable("$EXTMAX").Point(0, most_);
-  for (const auto& [name, corner] : {std::pair("$LIMMIN", least_), std::pair("$LIMMAX", most_)}) {
-    groups.Variable(name).Real(10, corner.x()).Real(20, corner.y());
+  // The dimension with the block that shows it, at z = 0.
+  void AddDimension(const std::string& layer, const Dimension& dimension) {
+    used_.insert(layer);
+    constexpr int kAtAngle = 0, kAnonymous = 1;
+    const std::string block = fmt::format("*D{}", ++dimensions_);
+    const Drawing drawing = DrawDimension(dimension, sizes_);
+    Groups blocks(&blocks_);
+    blocks.Name(0, "BLOCK").Name(8, layer).Name(2, block).Number(70, kAnonymous);
+    blocks.Point(0, Vector3d::Zero()).Name(3, block);
+    for (const DrawnPath& path : drawing.paths) {
+      for (size_t i = 0; i + 1 < path.points.size(); ++i) {
+        WriteLine(layer, Flat(path.points[i]), Flat(path.points[i + 1]), &blocks_);
+        Extend(Flat(path.points[i]));
+      }
+    }
+    const DrawnText& text = drawing.texts.front();
+    WriteText(layer, text, &blocks_);
+    blocks.Name(0, "ENDBLK").Name(8, layer);
+    const Vector2d along = dimension.to - dimension.from;
+    const Vector2d up(-std::sin(text.angle_rad), std::cos(text.angle_rad));
+    Groups(&entities_)
+        .Name(0, "DIMENSION")
+        .Name(8, layer)
+        .Name(2, block)
+        .Point(0, Flat(dimension.LineEnd()))
+        .Point(1, Flat(text.position + 0.5 * text.height * up))
+        .Number(70, kAtAngle)
+        .Name(1, text.text)
+        .Name(3, "STANDARD")
+        .Point(3, Flat(dimension.from))
+        .Point(4, Flat(dimension.to))
+        .Real(50, std::atan2(along.y(), along.x()) * 180 / M_PI);
   }
-  // R12 knows neither of these two; FreeCAD takes metres for millimetres without them.
-  groups.Variable("$INSUNITS").Number(70, 6).Variable("$MEASUREMENT").Number(70, 1);
-  groups.Variable("$LUNITS").Number(70, 2).Variable("$LUPREC").Number(70, 3);
-  groups.Variable("$LTSCALE").Real(40, scale_ / 1000.0);
-  groups.Variable("$DIMSTYLE").Name(2, "STANDARD");
-  for (const DimensionVariable& variable : DimensionLengths(sizes_)) {
-    groups.Variable(variable.name).Real(40, variable.value);
+
+  std::string Text() const {
+    const auto section = [](const char* name, const std::string& content) {
+      return fmt::format("0\nSECTION\n2\n{}\n{}0\nENDSEC\n", name, content);
+    };
+    return Header() + Tables() + section("BLOCKS", blocks_) + section("ENTITIES", entities_) +
+           "0\nEOF\n";
   }
-  for (const auto& [name, code, value] : kDimensionFlags) groups.Variable(name).Number(70, value);
-  groups.Name(0, "ENDSEC");
-  return text;
-}
 
-std::string DxfFile::Tables() const {
-  std::string text;
-  Groups groups(&text);
-  groups.Name(0, "SECTION").Name(2, "TABLES");
-  WriteView(least_, most_, &text);
-  groups.Name(0, "TABLE").Name(2, "LTYPE").Number(70, static_cast<int>(kLinetypes.size()));
-  const double dash_mm = sizes_.gap_m * 1000 / scale_;
-  WriteLinetype(DxfLinetype::kContinuous, "Solid line", {}, &text);
-  WriteLinetype(DxfLinetype::kDashed, "__ __ __ __", {2 * dash_mm, -dash_mm}, &text);
-  WriteLinetype(DxfLinetype::kDotted, ". . . . . .", {0, -dash_mm}, &text);
-  groups.Name(0, "ENDTAB");
-  const std::vector<DxfLayer> layers = UsedLayers();
-  groups.Name(0, "TABLE").Name(2, "LAYER").Number(70, static_cast<int>(layers.size()) + 1);
-  WriteLayer({"0", 7, DxfLinetype::kContinuous, true}, &text);
-  for (const DxfLayer& layer : layers) WriteLayer(layer, &text);
-  groups.Name(0, "ENDTAB");
-  WriteStyles(&text);
-  groups.Name(0, "TABLE").Name(2, "APPID").Number(70, 1);
-  groups.Name(0, "APPID").Name(2, "ACAD").Number(70, 0).Name(0, "ENDTAB");
-  WriteDimensionStyle(sizes_, &text);
-  groups.Name(0, "ENDSEC");
-  return text;
-}
+ private:
+  void Extend(const Vector3d& point) {
+    least_ = is_empty_ ? point : least_.cwiseMin(point);
+    most_ = is_empty_ ? point : most_.cwiseMax(point);
+    is_empty_ = false;
+  }
 
-std::string DxfFile::Text() const {
-  const auto section = [](const char* name, const std::string& content) {
-    return fmt::format("0\nSECTION\n2\n{}\n{}0\nENDSEC\n", name, content);
-  };
-  return Header() + Tables() + section("BLOCKS", blocks_) + section("ENTITIES", entities_) +
-         "0\nEOF\n";
-}
+  std::vector<DxfLayer> UsedLayers() const {
+    std::vector<DxfLayer> used;
+    for (const DxfLayer& layer : layers_) {
+      if (used_.contains(layer.name)) used.push_back(layer);
+    }
+    return used;
+  }
 
-namespace {
+  std::string Header() const {
+    std::string text;
+    Groups groups(&text);
+    if (!comment_.empty()) groups.Name(999, comment_);
+    groups.Name(0, "SECTION").Name(2, "HEADER");
+    groups.Variable("$ACADVER").Name(1, "AC1009");
+    groups.Variable("$EXTMIN").Point(0, least_).Variable("$EXTMAX").Point(0, most_);
+    for (const auto& [name, corner] : {std::pair("$LIMMIN", least_), std::pair("$LIMMAX", most_)}) {
+      groups.Variable(name).Real(10, corner.x()).Real(20, corner.y());
+    }
+    // R12 knows neither of these two; FreeCAD takes metres for millimetres without them.
+    groups.Variable("$INSUNITS").Number(70, 6).Variable("$MEASUREMENT").Number(70, 1);
+    groups.Variable("$LUNITS").Number(70, 2).Variable("$LUPREC").Number(70, 3);
+    groups.Variable("$LTSCALE").Real(40, scale_ / 1000.0);
+    groups.Variable("$DIMSTYLE").Name(2, "STANDARD");
+    for (const DimensionVariable& variable : DimensionLengths(sizes_)) {
+      groups.Variable(variable.name).Real(40, variable.value);
+    }
+    for (const auto& [name, code, value] : kDimensionFlags) groups.Variable(name).Number(70, value);
+    groups.Name(0, "ENDSEC");
+    return text;
+  }
+
+  std::string Tables() const {
+    std::string text;
+    Groups groups(&text);
+    groups.Name(0, "SECTION").Name(2, "TABLES");
+    WriteView(least_, most_, &text);
+    groups.Name(0, "TABLE").Name(2, "LTYPE").Number(70, static_cast<int>(kLinetypes.size()));
+    const double dash_mm = sizes_.gap_m * 1000 / scale_;
+    WriteLinetype(DxfLinetype::kContinuous, "Solid line", {}, &text);
+    WriteLinetype(DxfLinetype::kDashed, "__ __ __ __", {2 * dash_mm, -dash_mm}, &text);
+    WriteLinetype(DxfLinetype::kDotted, ". . . . . .", {0, -dash_mm}, &text);
+    groups.Name(0, "ENDTAB");
+    const std::vector<DxfLayer> layers = UsedLayers();
+    groups.Name(0, "TABLE").Name(2, "LAYER").Number(70, static_cast<int>(layers.size()) + 1);
+    WriteLayer({"0", 7, DxfLinetype::kContinuous, true}, &text);
+    for (const DxfLayer& layer : layers) WriteLayer(layer, &text);
+    groups.Name(0, "ENDTAB");
+    WriteStyles(&text);
+    groups.Name(0, "TABLE").Name(2, "APPID").Number(70, 1);
+    groups.Name(0, "APPID").Name(2, "ACAD").Number(70, 0).Name(0, "ENDTAB");
+    WriteDimensionStyle(sizes_, &text);
+    groups.Name(0, "ENDSEC");
+    return text;
+  }
+
+  const int scale_;
+  const PlanTextSizes sizes_;
+  const std::string comment_;
+  std::vector<DxfLayer> layers_;
+  std::set<std::string> used_;
+  std::string blocks_, entities_;
+  int dimensions_ = 0;
+  bool is_empty_ = true;
+  Vector3d least_ = Vector3d::Zero(), most_ = Vector3d::Zero();
+};
 
 constexpr int kBlack = 7, kGrey = 8, kLightGrey = 9, kGreen = 3, kBlue = 5, kCyan = 4;
 
@@ -386,8 +420,7 @@ void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
 }
 
 std::string PlanDxf(const PlanSet& plans, const MapResult& map) {
-  DxfFile file(plans.format.scale);
-  file.SetComment(GeoreferenceNote(map.source.georeference));
+  DxfFile file(plans.format.scale, GeoreferenceNote(map.source.georeference));
   for (const StoreyPlan& plan : plans.storeys) {
     AddStorey(plan, &plan == &plans.storeys.front(), &file);
   }
@@ -395,35 +428,24 @@ std::string PlanDxf(const PlanSet& plans, const MapResult& map) {
 }
 
 void AddLines(const MapResult& map, DxfFile* file) {
-  const RigidTransform& T_map_world = map.building.T_map_world;
   for (const LinesOfLayer& layer : LineLayers(map)) {
     file->AddLayer({layer.name, kAxisColours[static_cast<size_t>(layer.axis)]});
-    for (const auto& [start, end] : layer.lines) {
-      file->AddLine(layer.name, T_map_world * start, T_map_world * end);
-    }
+    for (const auto& [start, end] : layer.lines) file->AddLine(layer.name, start, end);
   }
 }
 
 void AddPlanes(const Building& building, DxfFile* file) {
-  const auto in_map = [&](std::vector<Vector3d> points) {
-    for (Vector3d& point : points) point = building.T_map_world * point;
-    return points;
-  };
   for (const PlanesOfLayer& layer : PlaneLayers(building)) {
     const std::string outlines = layer.name + "_OUTLINE";
     file->AddLayer({layer.name, kLightGrey});
     file->AddLayer({outlines, kGrey});
-    for (const auto& triangle : layer.triangles) {
-      const std::vector<Vector3d> corners = in_map({triangle.begin(), triangle.end()});
-      file->AddTriangle(layer.name, {corners[0], corners[1], corners[2]});
-    }
-    for (const auto& outline : layer.outlines) file->AddPolyline(outlines, in_map(outline), true);
+    for (const auto& triangle : layer.triangles) file->AddTriangle(layer.name, triangle);
+    for (const auto& outline : layer.outlines) file->AddPolyline(outlines, outline, true);
   }
 }
 
 std::string SectionDxf(const SectionDrawing& section, const MapResult& map) {
-  DxfFile file(section.format.scale);
-  file.SetComment(GeoreferenceNote(map.source.georeference));
+  DxfFile file(section.format.scale, GeoreferenceNote(map.source.georeference));
   AddPlanLayers("", true, &file);
   AddPaths("", section.shape, &file);
   AddPaths("", {{}, section.marks, {}}, &file);
@@ -433,24 +455,20 @@ std::string SectionDxf(const SectionDrawing& section, const MapResult& map) {
 }
 
 std::string StoreyDxf(const StoreyPlan& plan, int scale, const MapResult& map) {
-  DxfFile file(scale);
-  file.SetComment(GeoreferenceNote(map.source.georeference));
+  DxfFile file(scale, GeoreferenceNote(map.source.georeference));
   AddStorey(plan, true, &file);
   return file.Text();
 }
 
-std::string MapDxf(const MapResult& map, double max_jump_s) {
+std::string MapDxf(const MapResult& map) {
   constexpr char kPoints[] = "POINTS", kTrajectory[] = "TRAJECTORY";
-  const RigidTransform& T_map_world = map.building.T_map_world;
-  DxfFile file(100);
-  file.SetComment(GeoreferenceNote(map.source.georeference));
+  DxfFile file(100, GeoreferenceNote(map.source.georeference));
   AddLines(map, &file);
   AddPlanes(map.building, &file);
   file.AddLayer({kPoints, kLightGrey});
-  for (const MapPoint& point : map.points) file.AddPoint(kPoints, T_map_world * point.p_world);
+  for (const MapPoint& point : map.points) file.AddPoint(kPoints, point.p_world);
   file.AddLayer({kTrajectory, kCyan});
-  for (std::vector<Vector3d> piece : TrajectoryPieces(map.trajectory, max_jump_s)) {
-    for (Vector3d& point : piece) point = T_map_world * point;
+  for (const auto& piece : TrajectoryPieces(map.trajectory)) {
     file.AddPolyline(kTrajectory, piece, false);
   }
   return file.Text();
@@ -458,13 +476,12 @@ std::string MapDxf(const MapResult& map, double max_jump_s) {
 
 }  // namespace
 
-std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapResult& map,
-                                          const Progress& progress) const {
-  progress.ReportOrStop(0);
+std::vector<std::string> WriteDxf(const PlanOptions& options, const std::string& folder,
+                                  const MapResult& map, const Progress& progress) {
   std::vector<std::string> paths = {folder + "/plan.dxf", folder + "/map.dxf"};
-  const PlanSet plans = MakePlans(map.building, options_);
+  const PlanSet plans = MakePlans(map.building, options);
   WriteFile(paths[0], PlanDxf(plans, map));
-  const std::vector<SectionDrawing> sections = MakeSections(map, options_);
+  const std::vector<SectionDrawing> sections = MakeSections(map, options);
   if (plans.storeys.size() > 1 || !sections.empty()) MakeFolder(folder + "/plan");
   for (const StoreyPlan& plan : plans.storeys) {
     if (plans.storeys.size() < 2) break;
@@ -476,8 +493,7 @@ std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapRe
     WriteFile(paths.back(), SectionDxf(section, map));
   }
   progress.ReportOrStop(0.5);
-  WriteFile(paths[1], MapDxf(map, max_jump_s_));
-  progress.ReportOrStop(1);
+  WriteFile(paths[1], MapDxf(map));
   return paths;
 }
 

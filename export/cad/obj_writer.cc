@@ -2,11 +2,10 @@
 
 #include <iterator>
 
-#include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/cad_writers.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 #include "export/scene/map_layers.h"
-#include "export/scene/map_writer.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -118,33 +117,25 @@ void AddPlanes(const Building& building, ObjText* obj) {
   }
 }
 
-void AddTrajectory(const MapResult& map, double max_jump_s, ObjText* obj) {
-  const auto pieces = TrajectoryPieces(map.trajectory, max_jump_s);
+void AddTrajectory(const MapResult& map, ObjText* obj) {
+  const auto pieces = TrajectoryPieces(map.trajectory);
   if (!pieces.empty()) obj->BeginObject("TRAJECTORY", "trajectory");
   for (const auto& piece : pieces) obj->AddLine(piece);
 }
 
 }  // namespace
 
-void ObjOptions::Check() const {
-  if (up == "z" || up == "y") return;
-  throw ConfigError(fmt::format("obj up: found '{}', expected 'z' or 'y'", up));
-}
-
-std::vector<std::string> ObjWriter::Write(const std::string& folder, const MapResult& map,
-                                          const Progress& progress) const {
-  progress.ReportOrStop(0);
-  options_.Check();
-  ObjText obj(options_.up == "y", GeoreferenceNote(map.source.georeference));
+std::vector<std::string> WriteObj(const std::string& up, const std::string& folder,
+                                  const MapResult& map, const Progress& progress) {
+  ObjText obj(up == "y", GeoreferenceNote(map.source.georeference));
   AddLines(map, &obj);
   AddPlanes(map.building, &obj);
-  AddTrajectory(map, max_jump_s_, &obj);
+  AddTrajectory(map, &obj);
   progress.ReportOrStop(0.5);
   const std::string path = folder + "/map.obj";
   const std::string materials = folder + "/map.mtl";
   WriteFile(path, obj.text());
   WriteFile(materials, MaterialsText());
-  progress.ReportOrStop(1);
   return {path, materials};
 }
 

@@ -1,12 +1,13 @@
 // The keyframes' images as photos of a building's faces: where they were taken, how fast the camera
-// moved, and what stands before the faces.
+// moved, what stands before the faces, and which photos a face is made of.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "data/core/progress.h"
-#include "export/sfm/recorded_images.h"
+#include "export/ortho/face.h"
+#include "export/sfm/model.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {
@@ -28,9 +29,30 @@ struct Photo {
 std::vector<Photo> TakePhotos(const MapResult& map, const RecordedImages& images,
                               const Progress& progress);
 
-// How far before a plane that is which a photo shows at a pixel of its rectified camera, in metres.
-// Where it shows nothing that is known, far behind.
-double HeightBefore(const BuildingPlane& plane, const Photo& photo, const Camera& rectified,
-                    const Eigen::Vector2d& pixel_px);
+// Which photos a face is made of, and which of them each place of it.
+
+// A face in cells, as an image has pixels.
+struct FaceCells {
+  int step_px = 0;  // pixels of the face to a cell
+  cv::Size size;
+};
+
+// A photo that a face is made of.
+struct ChosenPhoto {
+  std::size_t photo = 0;  // index
+  // How well it sees each cell (CV_32FC1, 0 to 1): from near, straight on, at rest. 0 where it does
+  // not see it.
+  cv::Mat quality;
+};
+
+struct PhotoChoice {
+  FaceCells cells;
+  std::vector<ChosenPhoto> photos;
+  cv::Mat labels;  // CV_32SC1, by cell: an index of photos, -1 of what none saw
+};
+
+// As few photos as show all of the face about as well as all photos would.
+PhotoChoice ChoosePhotos(const OrthoFace& face, const std::vector<Photo>& photos,
+                         const Camera& rectified);
 
 }  // namespace slcmap::exporting

@@ -1,5 +1,3 @@
-#include "export/plan/dimensions.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,8 @@
 #include <limits>
 #include <optional>
 #include <set>
+
+#include "export/plan/drawing.h"
 
 namespace slcmap::inline exporting {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/plan/plan_writer.h"
-#include "export/scene/map_writer.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -119,24 +119,15 @@ std::vector<std::pair<std::string, double>> ListFloors(const MapResult& map,
 
 }  // namespace
 
-void GridOptions::Check() const {
-  if (std::isfinite(low_m) && std::isfinite(high_m) && low_m < high_m) return;
-  throw ConfigError(fmt::format(
-      "grid heights: found {} to {}, expected a lower and a higher one, in metres over the floor",
-      low_m, high_m));
-}
-
-std::vector<std::string> GridWriter::Write(const std::string& folder, const MapResult& map,
-                                           const Progress& progress) const {
-  options_.Check();
-  progress.ReportOrStop(0);
+std::vector<std::string> WriteGrids(const GridOptions& options, const std::string& folder,
+                                    const MapResult& map, const Progress&) {
   const double resolution_m = map.occupancy.resolution_m();
   const std::vector<Voxel> free = map.occupancy.FreeVoxels();
   const std::vector<Voxel> occupied = map.occupancy.OccupiedVoxels();
   MakeFolder(folder + "/grid");
   std::vector<std::string> paths;
   for (const auto& [name, floor_m] : ListFloors(map, free, occupied)) {
-    const double low_m = floor_m + options_.low_m, high_m = floor_m + options_.high_m;
+    const double low_m = floor_m + options.low_m, high_m = floor_m + options.high_m;
     const Grid grid = MakeGrid(BoxesInBand(free, resolution_m, low_m, high_m),
                                BoxesInBand(occupied, resolution_m, low_m, high_m));
     const std::string path = folder + "/grid/" + name;
@@ -146,7 +137,6 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
     paths.push_back(path + ".pgm");
     paths.push_back(path + ".yaml");
   }
-  progress.ReportOrStop(1);
   return paths;
 }
 

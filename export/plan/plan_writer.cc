@@ -1,5 +1,3 @@
-#include "export/plan/plan_writer.h"
-
 #include <cairo/cairo-pdf.h>
 #include <cairo/cairo.h>
 #include <spdlog/fmt/fmt.h>
@@ -10,6 +8,7 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "export/plan/sheet.h"
+#include "export/scene/formats.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -104,18 +103,16 @@ class SvgSheet {
 
 std::string MakeSvg(const Sheet& sheet) { return SvgSheet(sheet).Text(); }
 
-std::vector<std::string> SvgPlanWriter::Write(const std::string& folder, const MapResult& map,
-                                              const Progress& progress) const {
-  progress.ReportOrStop(0);
+std::vector<std::string> WriteSvgPlans(const PlanOptions& options, const std::string& folder,
+                                       const MapResult& map, const Progress&) {
   std::vector<std::string> paths;
   MakeFolder(folder + "/plan");
-  std::vector<Sheet> sheets = MakeSheets(map, options_);
-  Append(MakeSectionSheets(map, options_), &sheets);
+  std::vector<Sheet> sheets = MakeSheets(map, options);
+  Append(MakeSectionSheets(map, options), &sheets);
   for (const Sheet& sheet : sheets) {
     paths.push_back(fmt::format("{}/plan/{}.svg", folder, sheet.name));
     WriteFile(paths.back(), MakeSvg(sheet));
   }
-  progress.ReportOrStop(1);
   return paths;
 }
 
@@ -222,18 +219,16 @@ std::string MakePdf(const std::string& path, const std::vector<Sheet>& sheets) {
 
 }  // namespace
 
-std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const MapResult& map,
-                                              const Progress& progress) const {
-  progress.ReportOrStop(0);
+std::vector<std::string> WritePdfPlans(const PlanOptions& options, const std::string& folder,
+                                       const MapResult& map, const Progress&) {
   const std::string path = folder + "/plan.pdf";
-  WriteFile(path, MakePdf(path, MakeSheets(map, options_)));
+  WriteFile(path, MakePdf(path, MakeSheets(map, options)));
   std::vector<std::string> paths = {path};
-  for (const Sheet& sheet : MakeSectionSheets(map, options_)) {
+  for (const Sheet& sheet : MakeSectionSheets(map, options)) {
     if (paths.size() == 1) MakeFolder(folder + "/plan");
     paths.push_back(fmt::format("{}/plan/{}.pdf", folder, sheet.name));
     WriteFile(paths.back(), MakePdf(paths.back(), {sheet}));
   }
-  progress.ReportOrStop(1);
   return paths;
 }
 

@@ -1,11 +1,10 @@
-#include "export/plan/section_cut.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
 
+#include "export/plan/section_drawing.h"
 #include "export/scene/building_solids.h"
 
 namespace slcmap::inline exporting {
@@ -97,18 +96,16 @@ class BuildingCutter {
   void CutRooms() {
     for (const Room& room : building_.rooms) {
       if (!view_.Shows(room.storey)) continue;
-      for (const auto& [from_m, to_m] : RangesIn(RoomInPlan(building_, room), view_)) {
+      for (const auto& [from_m, to_m] : RangesIn(room.polygon, view_)) {
         cut_.rooms.push_back({&room, from_m, to_m});
       }
     }
   }
 
   void CutSlabs() {
-    for (Slab& slab : MakeSlabs(building_, kSlab_m)) {
+    for (const Slab& slab : MakeSlabs(building_)) {
       if (!view_.Shows(slab.plane->storey)) continue;
-      Room as_room;
-      as_room.polygon = std::move(slab.polygon);
-      for (const CutRange& range : RangesIn(RoomInPlan(building_, as_room), view_)) {
+      for (const CutRange& range : RangesIn(slab.polygon, view_)) {
         const bool is_floor = slab.IsFloor();
         AddAssumed(IntoWalls(range), slab.low_m, slab.high_m, {true, true, is_floor, !is_floor});
       }

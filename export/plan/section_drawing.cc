@@ -9,12 +9,17 @@
 #include <utility>
 
 #include "export/plan/drawing.h"
-#include "export/plan/section_cut.h"
-#include "export/plan/section_view.h"
-#include "export/plan/symbols.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {
+
+namespace {
+
+using Eigen::AlignedBox2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kSameFace_m = 2e-3;
 
 // What a section or an elevation shows: what is cut, and what is seen beyond. Metres: x as the view
 // says, y the height in world.
@@ -24,18 +29,6 @@ struct SectionShape {
   Eigen::AlignedBox2d extent;  // of walls, floors and ceilings; empty where there is nothing
   SectionCut cut;              // its openings are also those that are seen beyond
 };
-
-// Walls beyond the cut with their openings, and the lines of the map there, as far as other walls
-// do not hide them.
-SectionShape ShapeOfSection(const MapResult& map, const SectionView& view);
-
-namespace {
-
-using Eigen::AlignedBox2d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-constexpr double kSameFace_m = 2e-3;
 
 // A side of walls that looks to the eye, from left to right: x of the view, and depth.
 struct WallSide {
@@ -249,18 +242,15 @@ class BeyondCut {
   AlignedBox2d extent_;
 };
 
-}  // namespace
-
+// Walls beyond the cut with their openings, and the lines of the map there, as far as other walls
+// do not hide them.
 SectionShape ShapeOfSection(const MapResult& map, const SectionView& view) {
   const std::vector<TallWall> walls = TallWalls(map.building, view);
   SectionShape shape;
   shape.cut = MakeCut(map.building, walls, view);
   BeyondCut beyond(view, walls);
   beyond.AddWalls();
-  for (const MapLine& line : map.lines) {
-    beyond.AddLine(map.building.T_map_world * line.start_world,
-                   map.building.T_map_world * line.end_world);
-  }
+  for (const MapLine& line : map.lines) beyond.AddLine(line.start_world, line.end_world);
   shape.extent = beyond.extent();
   for (const CutBox& cut : shape.cut.boxes) {
     beyond.Hide(cut.box);
@@ -272,8 +262,6 @@ SectionShape ShapeOfSection(const MapResult& map, const SectionView& view) {
   Append(beyond.Openings(), &shape.cut.openings);
   return shape;
 }
-
-namespace {
 
 // Floors and ceilings that a view shows, each once, from the lowest.
 std::vector<double> CollectLevels(const Building& building, const SectionView& view) {

@@ -1,5 +1,3 @@
-#include "export/plan/section_view.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
@@ -9,7 +7,8 @@
 
 #include "data/core/error.h"
 #include "data/io/yaml.h"
-#include "export/plan/symbols.h"
+#include "export/plan/drawing.h"
+#include "export/plan/section_drawing.h"
 #include "export/scene/building_solids.h"
 
 namespace slcmap::inline exporting {
@@ -155,6 +154,21 @@ void CheckSections(const PlanOptions& options) {
   }
 }
 
+void PlanOptions::Check() const {
+  constexpr int kLargest = 1000000;
+  if (scale < 0 || scale > kLargest) {
+    throw ConfigError(fmt::format("plan scale: found 1:{}, expected 1:1 to 1:{}, or 0 to choose",
+                                  scale, kLargest));
+  }
+  if (north_deg && !(std::abs(*north_deg) <= 360)) {
+    throw ConfigError(
+        fmt::format("plan north: found {} degrees, expected -360 to 360: clockwise "
+                    "from up on the sheet",
+                    *north_deg));
+  }
+  CheckSections(*this);
+}
+
 std::vector<SectionView> SectionViews(const Building& building, const PlanOptions& options) {
   CheckSections(options);
   std::vector<SectionView> views;
@@ -179,7 +193,7 @@ std::vector<SectionView> SectionViews(const Building& building, const PlanOption
   for (const Room& room : building.rooms) {
     if (!wants(kRooms)) break;
     Eigen::AlignedBox2d of_room;
-    for (const Vector2d& p : RoomInPlan(building, room).outline) of_room.extend(p);
+    for (const Vector2d& p : room.polygon.outline) of_room.extend(p);
     if (of_room.isEmpty()) continue;
     for (const ViewSide& side : kPlanSides) views.push_back(OfRoomWall(side, room, of_room));
   }

@@ -51,10 +51,45 @@ std::string FormatTitle(const Sheet& sheet);
 // map without storeys one sheet, "no_storey", that says so. Throws what MakePlans does.
 std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options);
 
+// A sheet as an SVG file in millimetres, with a group a pen and text as text; browsers print it in
+// its size.
+std::string MakeSvg(const Sheet& sheet);
+
 // Sections and elevations of a map on sheets of paper.
 
 // A sheet each, with the title block of plans, in the order of SectionViews; none where options ask
 // for none. Throws what MakeSections does.
 std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& options);
+
+// The plan of a storey, from which sheets and CAD files are drawn.
+
+// Metres, in the frame of exports: x and y along the main heading.
+struct StoreyPlan {
+  Storey storey;
+  Drawing walls;                      // areas, and the paths of their borders
+  Drawing openings;                   // paths
+  Drawing sections;                   // where it is cut: paths, and numbers
+  Drawing rooms;                      // paths of their borders, and from names to small ones
+  std::vector<DrawnText> room_texts;  // names, areas and heights
+  std::vector<DrawnText> wall_texts;  // of openings, and of walls where that is wanted
+  std::vector<Dimension> dimensions;
+};
+
+// All storeys at one scale, from the lowest.
+struct PlanSet {
+  SheetFormat format;
+  Eigen::Vector2d middle_m = Eigen::Vector2d::Zero();  // of the walls and rooms of all storeys
+  std::vector<StoreyPlan> storeys;
+};
+
+// Throws what ChooseFormat does.
+PlanSet MakePlans(const Building& building, const PlanOptions& options);
+
+// What was built otherwise than it was planned, drawn over the plan of a storey.
+
+// In the frame of StoreyPlan: where deviating and missing walls and openings were planned, dashed;
+// by how many millimetres they are off, with the standard deviation, and which are missing or new.
+// Nothing of a storey that was not held against a plan.
+Drawing DrawPlanDeviations(const MapResult& map, const Storey& storey, const PlanTextSizes& sizes);
 
 }  // namespace slcmap::exporting

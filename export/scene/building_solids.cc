@@ -30,7 +30,8 @@ std::optional<std::size_t> StoreyOfId(const Building& building, int64_t id) {
   return std::nullopt;
 }
 
-WallHeight HeightOfWall(const PlanWall& wall, const Building& building, double assumed_height_m) {
+WallHeight HeightOfWall(const PlanWall& wall, const Building& building) {
+  constexpr double kAssumed_m = 2.5;
   WallHeight height;
   if (const auto storey = StoreyOfId(building, wall.storey)) {
     const Storey& of_wall = building.storeys[*storey];
@@ -47,7 +48,7 @@ WallHeight HeightOfWall(const PlanWall& wall, const Building& building, double a
     }
   }
   height.assumed = height.height_m < kLeastSolid_m;
-  if (height.assumed) height.height_m = assumed_height_m;
+  if (height.assumed) height.height_m = kAssumed_m;
   return height;
 }
 
@@ -81,10 +82,9 @@ double ComputeHeight(const BuildingPlane& plane) { return plane.offset_m / plane
 
 // As wanted, or as much as leaves room for the slab of the floor above a ceiling, or of the ceiling
 // beneath a floor, and for the rooms there.
-double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const Building& building,
-                     double slab_m) {
+double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const Building& building) {
   const bool is_floor = plane.kind == PlaneKind::kFloor;
-  double thickness_m = slab_m;
+  double thickness_m = kSlab_m;
   const auto keep_within = [&](double free_m, const Polygon& other) {
     if (free_m < kLeastSolid_m || free_m >= thickness_m) return;
     if (IntersectionArea(polygon, other) > kLeastSlabArea_m2) thickness_m = free_m;
@@ -105,18 +105,20 @@ double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const B
 
 }  // namespace
 
-std::vector<Slab> MakeSlabs(const Building& building, double slab_m, int* left_out) {
+bool HasArea(const Polygon& polygon) {
+  return polygon.outline.size() >= 3 && Area(polygon) > kLeastSlabArea_m2;
+}
+
+std::vector<Slab> MakeSlabs(const Building& building, int* left_out) {
   std::vector<Slab> slabs;
   for (const BuildingPlane& plane : building.planes) {
     if (!IsFloorOrCeiling(plane)) continue;
     Slab slab = {&plane, LevelOutline(plane, building), 0, 0};
-    const bool has_area =
-        slab.polygon.outline.size() >= 3 && Area(slab.polygon) > kLeastSlabArea_m2;
-    if (!IsLevel(plane) || !has_area) {
+    if (!IsLevel(plane) || !HasArea(slab.polygon)) {
       if (left_out != nullptr) ++*left_out;
       continue;
     }
-    const double thickness_m = SlabThickness(plane, slab.polygon, building, slab_m);
+    const double thickness_m = SlabThickness(plane, slab.polygon, building);
     slab.low_m = ComputeHeight(plane) - (slab.IsFloor() ? thickness_m : 0);
     slab.high_m = slab.low_m + thickness_m;
     slabs.push_back(slab);
@@ -130,15 +132,11 @@ using Eigen::Vector2d;
 
 constexpr double kLeastLength_m = 1e-3, kLeastThickness_m = 1e-3;
 
-Vector2d InPlan(const Building& building, const Vector2d& world) {
-  return (building.T_map_world * Eigen::Vector3d(world.x(), world.y(), 0)).head<2>();
-}
-
-WallSolid MakeSolid(const Building& building, const PlanWall& wall) {
+WallSolid MakeSolid(const PlanWall& wall) {
   WallSolid solid;
   solid.wall = &wall;
-  solid.start = InPlan(building, wall.start);
-  solid.end = InPlan(building, wall.end);
+  solid.start = wall.start;
+  solid.end = wall.end;
   const double thickness_m = std::max(wall.thickness_m, kLeastThickness_m);
   solid.back_start = solid.At(0, thickness_m);
   solid.back_end = solid.At(solid.Length(), thickness_m);
@@ -231,7 +229,7 @@ std::vector<WallSolid> WallSolids(const Building& building, int64_t storey) {
   std::vector<WallSolid> solids;
   for (const PlanWall& wall : building.walls) {
     if (wall.storey != storey || (wall.end - wall.start).norm() < kLeastLength_m) continue;
-    solids.push_back(MakeSolid(building, wall));
+    solids.push_back(MakeSolid(wall));
   }
   JoinCorners(&solids);
   return solids;
@@ -244,16 +242,13 @@ std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building) {
   for (const int64_t storey : storeys) {
     for (const WallSolid& solid : WallSolids(building, storey)) solids[solid.wall] = solid;
   }
-  const RigidTransform T_world_map = building.T_map_world.Inverse();
-  for (auto& [wall, solid] : solids) {
-    for (Vector2d* p : {&solid.start, &solid.end, &solid.back_start, &solid.back_end}) {
-      *p = (T_world_map * Eigen::Vector3d(p->x(), p->y(), 0)).head<2>();
-    }
-  }
   return solids;
 }
 
-WallBack ComputeBack(const WallSolid& solid) {
+WallBack ComputeBack(const PlanWall& wall, const std::map<const PlanWall*, WallSolid>& solids) {
+  const auto found = solids.find(&wall);
+  if (found == solids.end()) return {};
+  const WallSolid& solid = found->second;
   WallBack back = {(solid.start - solid.back_start).dot(solid.Direction()),
                    (solid.back_end - solid.end).dot(solid.Direction())};
   for (const PlanOpening& opening : solid.wall->openings) {
@@ -299,15 +294,6 @@ std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids) {
   return edges;
 }
 
-Polygon RoomInPlan(const Building& building, const Room& room) {
-  Polygon polygon = room.polygon;
-  for (Vector2d& point : polygon.outline) point = InPlan(building, point);
-  for (PlanPoints& hole : polygon.holes) {
-    for (Vector2d& point : hole) point = InPlan(building, point);
-  }
-  return polygon;
-}
-
 Eigen::AlignedBox2d PlanExtent(const Building& building) {
   Eigen::AlignedBox2d extent;
   for (const Storey& storey : building.storeys) {
@@ -318,7 +304,7 @@ Eigen::AlignedBox2d PlanExtent(const Building& building) {
     }
   }
   for (const Room& room : building.rooms) {
-    for (const Vector2d& point : RoomInPlan(building, room).outline) extent.extend(point);
+    for (const Vector2d& point : room.polygon.outline) extent.extend(point);
   }
   return extent;
 }

@@ -21,6 +21,12 @@ std::optional<std::size_t> StoreyAt(const Building& building, double height_m);
 // The index of the storey of that id; nothing where there is none.
 std::optional<std::size_t> StoreyOfId(const Building& building, int64_t id);
 
+// That in which the middle of a line, or of the axis of a pipe, is.
+template <typename Line>
+std::optional<std::size_t> StoreyAtMiddle(const Building& building, const Line& line) {
+  return StoreyAt(building, 0.5 * (line.start_world.z() + line.end_world.z()));
+}
+
 // Walls of a building as boxes with holes: what formats with solids draw.
 
 // The least extent of what is a solid (metres).
@@ -37,9 +43,8 @@ struct WallHeight {
 };
 
 // From the floor of the wall's storey to its ceiling, else as high as the wall's planes were seen,
-// else as assumed.
-WallHeight HeightOfWall(const PlanWall& wall, const Building& building,
-                        double assumed_height_m = 2.5);
+// else 2.5 m, as is assumed.
+WallHeight HeightOfWall(const PlanWall& wall, const Building& building);
 
 // False where a wall has no length, thickness or height.
 bool IsSolid(const PlanWall& wall, const WallHeight& height);
@@ -48,6 +53,9 @@ bool IsSolid(const PlanWall& wall, const WallHeight& height);
 // where there is none.
 std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const PlanWall& wall,
                                                const WallHeight& height);
+
+// Whether a room or a slab is worth a solid.
+bool HasArea(const Polygon& polygon);
 
 // Floors and ceilings of a building as slabs: what formats with solids draw.
 
@@ -65,13 +73,13 @@ struct Slab {
 
 // Those of planes that are level and have an area, in the order of the planes; the number of floors
 // and ceilings that are not is added to *left_out, where that is given. Where a slab of another
-// storey or a room leaves less room than slab_m, it is as thick as that.
-std::vector<Slab> MakeSlabs(const Building& building, double slab_m, int* left_out = nullptr);
+// storey or a room leaves less room than kSlab_m, it is as thick as that.
+std::vector<Slab> MakeSlabs(const Building& building, int* left_out = nullptr);
 
 // The walls of a storey as areas: joined at corners, cut by their openings.
 
-// A wall in the plan's frame (Building::T_map_world), in metres: from start to end along its face,
-// behind which, to the left of that direction, it has its thickness.
+// A wall, in metres: from start to end along its face, behind which, to the left of that direction,
+// it has its thickness.
 struct WallSolid {
   const PlanWall* wall = nullptr;
   Eigen::Vector2d start, end;
@@ -96,7 +104,7 @@ struct WallEdge {
 // The walls of a storey that have a length.
 std::vector<WallSolid> WallSolids(const Building& building, int64_t storey);
 
-// Those of all walls of a building that have a length, in world.
+// Those of all walls of a building that have a length.
 std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building);
 
 // How the back of a wall goes beyond its face (negative: ends before it) at both ends, in metres
@@ -104,7 +112,8 @@ std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building);
 struct WallBack {
   double before_start_m = 0, beyond_end_m = 0;
 };
-WallBack ComputeBack(const WallSolid& solid);
+// Of a wall among those solids; 0 of one that is none.
+WallBack ComputeBack(const PlanWall& wall, const std::map<const PlanWall*, WallSolid>& solids);
 
 // The stretches of a wall between its openings, in metres from its start.
 std::vector<std::pair<double, double>> Intervals(const WallSolid& solid);
@@ -121,10 +130,7 @@ bool IsAssumedBorder(const std::vector<WallSolid>& solids, const Eigen::Vector2d
 // The borders of those areas, once each; walls that overlap are one.
 std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids);
 
-// The polygon of a room in the plan's frame.
-Polygon RoomInPlan(const Building& building, const Room& room);
-
-// Of the walls and rooms of all storeys in the plan's frame; empty where there are none.
+// Of the walls and rooms of all storeys; empty where there are none.
 Eigen::AlignedBox2d PlanExtent(const Building& building);
 
 }  // namespace slcmap::exporting

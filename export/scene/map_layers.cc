@@ -8,12 +8,12 @@
 #include "data/core/polygon.h"
 #include "export/scene/building_solids.h"
 #include "export/scene/meshes.h"
+#include "export/scene/plane_canvas.h"
 #include "export/scene/scene.h"
 
 namespace slcmap::inline exporting {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::array<const char*, 5> kAxes = {"X", "Y", "VERTICAL", "OTHER", "SLOPED"};
@@ -22,8 +22,7 @@ constexpr std::array<const char*, 4> kPlaneKinds = {"WALL", "FLOOR", "CEILING", 
 
 // The storey, or -1 of a building without any.
 int64_t FindStorey(const Building& building, const MapLine& line) {
-  const double height_m = 0.5 * (line.start_world.z() + line.end_world.z());
-  const std::optional<std::size_t> index = StoreyAt(building, height_m);
+  const std::optional<std::size_t> index = StoreyAtMiddle(building, line);
   return index ? building.storeys[*index].id : -1;
 }
 
@@ -32,41 +31,22 @@ std::string LayerName(int64_t storey, LineAxis axis, LineKind kind) {
                      kAxes[static_cast<size_t>(axis)], kLineKinds[static_cast<size_t>(kind)]);
 }
 
-// From a plane to its own coordinates and back.
-class PlaneFrame {
- public:
-  explicit PlaneFrame(const BuildingPlane& plane)
-      : origin_(plane.outline_world.front()),
-        u_(plane.normal.unitOrthogonal()),
-        v_(plane.normal.cross(u_)) {}
-
-  PlanPoints In(const std::vector<Vector3d>& points) const {
-    PlanPoints flat;
-    for (const Vector3d& p : points) flat.emplace_back(u_.dot(p - origin_), v_.dot(p - origin_));
-    return flat;
-  }
-
-  Vector3d Out(const Vector2d& p) const { return origin_ + p.x() * u_ + p.y() * v_; }
-
- private:
-  Vector3d origin_, u_, v_;
-};
-
 void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLayer* layer) {
   if (plane.outline_world.size() < 3) return;
-  const PlaneFrame frame(plane);
+  const Vector3d x = plane.normal.unitOrthogonal();
+  const Canvas canvas{plane.outline_world.front(), x, plane.normal.cross(x)};
   std::vector<PlanPoints> cuts;
   layer->outlines.push_back(plane.outline_world);
   const auto add_cut = [&](const std::vector<Vector3d>& outline_world) {
-    cuts.push_back(frame.In(outline_world));
+    cuts.push_back(PointsOn(canvas, outline_world));
     layer->outlines.push_back(outline_world);
   };
   for (const PlaneOpening& opening : plane.openings) add_cut(opening.outline_world);
   for (const auto& hole_world : LevelHoles(plane, building)) add_cut(hole_world);
   for (const Polygon& part :
-       Difference({frame.In(plane.outline_world), {}}, cuts, kOutlineGrid_m)) {
+       Difference({PointsOn(canvas, plane.outline_world), {}}, cuts, kOutlineGrid_m)) {
     for (const PlanTriangle& t : Triangulate(part)) {
-      layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});
+      layer->triangles.push_back({canvas.At(t[0]), canvas.At(t[1]), canvas.At(t[2])});
     }
   }
 }
@@ -105,9 +85,8 @@ std::vector<PlanesOfLayer> PlaneLayers(const Building& building) {
   return sorted;
 }
 
-std::vector<std::vector<Vector3d>> TrajectoryPieces(const Trajectory& trajectory,
-                                                    double max_jump_s) {
-  const double gap_s = TrajectoryGap_s(trajectory, max_jump_s);
+std::vector<std::vector<Vector3d>> TrajectoryPieces(const Trajectory& trajectory) {
+  const double gap_s = TrajectoryGap_s(trajectory);
   std::vector<std::vector<Vector3d>> pieces;
   for (size_t i = 0; i < trajectory.size(); ++i) {
     const bool is_new =

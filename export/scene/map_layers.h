@@ -37,8 +37,7 @@ std::vector<LinesOfLayer> LineLayers(const MapResult& map);
 std::vector<PlanesOfLayer> PlaneLayers(const Building& building);
 
 // The refined trajectory in pieces between its gaps (TrajectoryGap_s), of two positions or more.
-std::vector<std::vector<Eigen::Vector3d>> TrajectoryPieces(const Trajectory& trajectory,
-                                                           double max_jump_s);
+std::vector<std::vector<Eigen::Vector3d>> TrajectoryPieces(const Trajectory& trajectory);
 
 // "S0" and so on.
 std::string StoreyPrefix(int64_t storey);
@@ -46,33 +45,12 @@ std::string StoreyPrefix(int64_t storey);
 // What axes and kinds of lines are called in files.
 
 inline const char* AxisName(LineAxis axis) {
-  switch (axis) {
-    case LineAxis::kX:
-      return "along x";
-    case LineAxis::kY:
-      return "along y";
-    case LineAxis::kVertical:
-      return "vertical";
-    case LineAxis::kSloped:
-      return "sloped";
-    case LineAxis::kNone:
-      break;
-  }
-  return "of no axis";
+  return std::array{"along x", "along y", "vertical", "of no axis",
+                    "sloped"}[static_cast<std::size_t>(axis)];
 }
 
 inline const char* GetName(LineKind kind) {
-  switch (kind) {
-    case LineKind::kEdge:
-      return "edge";
-    case LineKind::kMark:
-      return "mark";
-    case LineKind::kPipe:
-      return "pipe";
-    case LineKind::kUnknown:
-      break;
-  }
-  return "unknown";
+  return std::array{"unknown", "edge", "", "mark", "pipe"}[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace slcmap::exporting

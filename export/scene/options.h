@@ -7,20 +7,6 @@
 
 namespace slcmap::inline exporting {
 
-// What is drawn of a map.
-struct SceneOptions {
-  double frustum_m = 0.2;          // length of a drawn camera
-  double frustum_spacing_m = 0.5;  // keyframes nearer to the last drawn one are left out
-  double max_jump_s = 0.5;   // the trajectory is not drawn across longer gaps, see TrajectoryGap_s
-  double line_bar_m = 0.04;  // width of lines that are drawn as bars
-  int max_vertices = 8000000;  // of all layers; some 200 bytes of memory each, with writing
-  void Check() const;          // throws ConfigError
-};
-
-struct PlyOptions {
-  bool ascii = false;  // as text, for scripts; up to two and a half times as large
-};
-
 // Of drawn plans.
 struct PlanOptions {
   // 1 : scale, for all storeys; 0: 1:50 where a sheet of A2 holds each storey, else 1:100, and
@@ -42,26 +28,6 @@ struct PlanOptions {
 struct GridOptions {
   // Over the floor: what is below a robot's wheels or above its head is in nobody's way.
   double low_m = 0.2, high_m = 1.8;
-  void Check() const;  // throws ConfigError
-};
-
-// What of a map goes into an IFC file, and what is assumed where nothing was seen.
-struct IfcOptions {
-  bool line_solids = false;       // lines as thin solids too: viewers often hide annotations
-  double line_solid_m = 0.02;     // width of these
-  double slab_m = 0.2;            // thickness of floors and ceilings, of which one face was seen
-  double assumed_height_m = 2.5;  // of walls whose top was not seen
-  void Check() const;             // throws ConfigError
-};
-
-struct LasOptions {
-  std::string version = "1.2";  // or "1.4", which clouds of more than 2^32 - 1 points always are
-  void Check() const;           // throws ConfigError
-};
-
-struct ObjOptions {
-  std::string up = "z";  // or "y", as many programs of modelling and games have it
-  void Check() const;    // throws ConfigError
 };
 
 struct GltfOptions {
@@ -69,15 +35,6 @@ struct GltfOptions {
       false;  // lines as bars too, for viewers that show only triangles or lines a pixel wide
   bool voxels = false;     // occupied voxels as cubes
   bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
-};
-
-struct TilesOptions {
-  std::string page;  // the bundle of the page that shows them; "" for none
-};
-
-struct ColmapOptions {
-  std::string images;  // "": none, "rectified": the model's, as its cameras would have them
-  void Check() const;  // throws ConfigError
 };
 
 // Of formats that need the images of the recording.

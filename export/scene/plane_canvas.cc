@@ -11,12 +11,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-PlanPoints PointsOn(const Canvas& canvas, const std::vector<Vector3d>& points_world) {
-  PlanPoints points;
-  for (const Vector3d& p : points_world) points.push_back(canvas.Of(p));
-  return points;
-}
-
 Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Building& building) {
   if (plane.kind != PlaneKind::kFloor && plane.kind != PlaneKind::kCeiling) {
     return {PointsOn(canvas, plane.outline_world), {}};
@@ -31,6 +25,12 @@ Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Buildi
 }
 
 }  // namespace
+
+PlanPoints PointsOn(const Canvas& canvas, const std::vector<Vector3d>& points_world) {
+  PlanPoints points;
+  for (const Vector3d& p : points_world) points.push_back(canvas.Of(p));
+  return points;
+}
 
 Canvas MakeFront(const BuildingPlane& plane) {
   const Vector3d& normal = plane.normal;

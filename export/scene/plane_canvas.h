@@ -23,6 +23,8 @@ struct Canvas {
   Eigen::Vector3d Normal() const { return x.cross(y); }
 };
 
+PlanPoints PointsOn(const Canvas& canvas, const std::vector<Eigen::Vector3d>& points_world);
+
 // The front of a plane as somebody before it sees it: x to the right and y up, which is the height
 // of upright planes. x of level ones is that of the world, and so is y of floors.
 Canvas MakeFront(const BuildingPlane& plane);

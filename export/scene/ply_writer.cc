@@ -1,15 +1,13 @@
 #include "data/io/ply.h"
-#include "export/scene/map_writer.h"
-#include "export/scene/scene.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 #include "mapping/map/landmarks.h"
 #include "mapping/map/part_files.h"
 
 namespace slcmap::inline exporting {
 namespace {
 
-PlyForm Form(const PlyOptions& options) {
-  return options.ascii ? PlyForm::kAscii : PlyForm::kBinary;
-}
+PlyForm Form(bool ascii) { return ascii ? PlyForm::kAscii : PlyForm::kBinary; }
 
 PlyElement VertexElement(const Vertices& vertices, const Progress& progress) {
   constexpr std::size_t kReportEvery = 65536;
@@ -40,63 +38,53 @@ PlyElement EdgeElement(const std::vector<std::array<uint32_t, 2>>& edges) {
 
 }  // namespace
 
-std::vector<std::string> PlySceneWriter::Names() const {
-  return {"points.ply",    "lines.ply",  "trajectory.ply",
-          "keyframes.ply", "voxels.ply", "line_bars.ply"};
-}
-
-std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
-                                                    const MapScene& scene,
-                                                    const Progress& progress) const {
-  std::vector<std::string> paths;
-  const std::size_t layers = scene.points.size() + scene.lines.size() + scene.meshes.size();
-  const auto vertices_of = [&](const auto& layer) {
-    const double done = static_cast<double>(paths.size());
-    const double all = static_cast<double>(layers);
-    return VertexElement(layer.vertices, progress.Part(done / all, (done + 0.5) / all));
-  };
-  const auto write = [&](const std::string& name, const PlyFile& file) {
-    paths.push_back(folder + "/" + name + ".ply");
-    WritePly(paths.back(), file, Form(options_));
-  };
+std::vector<std::string> WriteScenePly(bool ascii, const std::shared_ptr<SceneOfMap>& scene_of_map,
+                                       const std::string& folder, const MapResult& map,
+                                       const Progress& progress) {
+  const MapScene& scene = scene_of_map->Get(map, progress.Part(0, 0.5));
+  const Progress writing = progress.Part(0.5, 1);
   std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
-  if (!scene.map_id.empty()) {
-    comments.push_back("map " + scene.map_id + " of run " + scene.run_id);
-  }
-  const std::string offset = GeoreferenceNote(scene.georeference);
+  if (!map.id.empty()) comments.push_back("map " + map.id + " of run " + map.source.run_id);
+  const std::string offset = GeoreferenceNote(map.source.georeference);
   if (!offset.empty()) comments.push_back(offset);
-  for (const PointLayer& layer : scene.points) {
-    write(layer.name, {comments, {vertices_of(layer)}, {}});
+  std::vector<std::string> paths;
+  // One of six layers.
+  const auto write = [&](const char* name, const Vertices& vertices, PlyFile file) {
+    const auto done = static_cast<double>(paths.size());
+    file.comments = comments;
+    file.elements.insert(file.elements.begin(),
+                         VertexElement(vertices, writing.Part(done / 6, (done + 0.5) / 6)));
+    paths.push_back(folder + "/" + name + ".ply");
+    WritePly(paths.back(), file, Form(ascii));
+  };
+  write("points", scene.points, {});
+  for (const auto& [name, layer] :
+       {std::pair("lines", &scene.lines), std::pair("trajectory", &scene.trajectory),
+        std::pair("keyframes", &scene.keyframes)}) {
+    write(name, layer->vertices, {{}, {EdgeElement(layer->edges)}, {}});
   }
-  for (const LineLayer& layer : scene.lines) {
-    write(layer.name, {comments, {vertices_of(layer), EdgeElement(layer.edges)}, {}});
-  }
-  for (const MeshLayer& layer : scene.meshes) {
-    PlyFile file{comments, {vertices_of(layer)}, {}};
-    for (const auto& triangle : layer.triangles) {
+  for (const auto& [name, layer] :
+       {std::pair("voxels", &scene.voxels), std::pair("line_bars", &scene.line_bars)}) {
+    PlyFile file;
+    for (const auto& triangle : layer->triangles) {
       file.faces.emplace_back(triangle.begin(), triangle.end());
     }
-    write(layer.name, file);
+    write(name, layer->vertices, std::move(file));
   }
   return paths;
 }
 
-std::vector<std::string> CloudWriter::Names() const {
-  return {"points.pcd", "dense.pcd", "dense.ply", "occupancy.bt"};
-}
-
-std::vector<std::string> CloudWriter::Write(const std::string& folder, const MapResult& map,
-                                            const Progress& progress) const {
-  WritePcd(folder + "/points.pcd", map.points);
+std::vector<std::string> WriteClouds(bool ascii, const std::string& folder, const MapResult& map,
+                                     const Progress& progress) {
+  const std::vector<std::string> paths = {folder + "/points.pcd", folder + "/dense.pcd",
+                                          folder + "/dense.ply", folder + "/occupancy.bt"};
+  WritePcd(paths[0], map.points);
   progress.ReportOrStop(0.2);
-  WriteDensePcd(folder + "/dense.pcd", map);
+  WriteDensePcd(paths[1], map);
   progress.ReportOrStop(0.5);
-  WriteDensePly(folder + "/dense.ply", map, Form(options_),
-                GeoreferenceNote(map.source.georeference));
+  WriteDensePly(paths[2], map, Form(ascii), GeoreferenceNote(map.source.georeference));
   progress.ReportOrStop(0.8);
-  map.occupancy.Write(folder + "/occupancy.bt");
-  std::vector<std::string> paths;
-  for (const std::string& name : Names()) paths.push_back(folder + "/" + name);
+  map.occupancy.Write(paths[3]);
   return paths;
 }
 

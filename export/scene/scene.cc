@@ -36,12 +36,12 @@ class HeightColours {
   double low_m_ = 0, range_m_ = 1;
 };
 
-PointLayer MakePointLayer(const MapResult& map, const HeightColours& colours) {
-  PointLayer layer{"points", {}};
+Vertices MakePoints(const MapResult& map, const HeightColours& colours) {
+  Vertices points;
   for (const MapPoint& point : map.points) {
-    layer.vertices.Add(point.p_world, colours.At(point.p_world.z()));
+    points.Add(point.p_world, colours.At(point.p_world.z()));
   }
-  return layer;
+  return points;
 }
 
 void AddEdge(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Colour& colour,
@@ -53,7 +53,7 @@ void AddEdge(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Col
 }
 
 LineLayer MakeLineLayer(const MapResult& map) {
-  LineLayer layer{"lines", {}, {}};
+  LineLayer layer;
   for (const MapLine& line : map.lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
     AddEdge(line.start_world, line.end_world, {red, green, blue}, &layer);
@@ -61,10 +61,10 @@ LineLayer MakeLineLayer(const MapResult& map) {
   return layer;
 }
 
-LineLayer MakeTrajectoryLayer(const MapResult& map, double max_jump_s) {
-  LineLayer layer{"trajectory", {}, {}};
+LineLayer MakeTrajectoryLayer(const MapResult& map) {
+  LineLayer layer;
   const Trajectory& poses = map.trajectory;
-  const double gap_s = TrajectoryGap_s(poses, max_jump_s);
+  const double gap_s = TrajectoryGap_s(poses);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const auto vertex = static_cast<uint32_t>(i);
     layer.vertices.Add(poses[i].T_world_imu.translation,
@@ -75,14 +75,15 @@ LineLayer MakeTrajectoryLayer(const MapResult& map, double max_jump_s) {
   return layer;
 }
 
-LineLayer MakeKeyframeLayer(const MapResult& map, const SceneOptions& options) {
-  LineLayer layer{"keyframes", {}, {}};
+LineLayer MakeKeyframeLayer(const MapResult& map) {
+  constexpr double kSpacing_m = 0.5;  // keyframes nearer to the last drawn one are left out
+  LineLayer layer;
   const std::vector<Eigen::Vector3d> corners =
-      FrustumCorners(map.rectified_rig.cameras[0], options.frustum_m);
+      FrustumCorners(map.rectified_rig.cameras[0], 0.2);  // m long
   Eigen::Vector3d last = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   for (const StampedPose& keyframe : map.keyframes) {
     const RigidTransform T_world_camera = keyframe.T_world_imu * map.rectified_rig.T_imu_camera[0];
-    if ((T_world_camera.translation - last).norm() < options.frustum_spacing_m) continue;
+    if ((T_world_camera.translation - last).norm() < kSpacing_m) continue;
     last = T_world_camera.translation;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Eigen::Vector3d corner = T_world_camera * corners[i];
@@ -96,53 +97,48 @@ LineLayer MakeKeyframeLayer(const MapResult& map, const SceneOptions& options) {
 constexpr int64_t kBarVertices = 8, kFrustumVertices = 16, kCubeVertices = 24;
 
 // Before a vertex is made: each takes memory several times over, until it is written.
-void CheckSize(const MapResult& map, const std::vector<Voxel>& voxels,
-               const SceneOptions& options) {
+void CheckSize(const MapResult& map, const std::vector<Voxel>& voxels, int max_vertices) {
+  if (max_vertices <= 0) {
+    throw ConfigError(fmt::format("max_vertices: found {}, expected more than 0", max_vertices));
+  }
   const int64_t others = std::ssize(map.points) + std::ssize(map.trajectory) +
                          kFrustumVertices * std::ssize(map.keyframes) +
                          (2 + kBarVertices) * std::ssize(map.lines);
   int64_t of_voxels = kCubeVertices * std::ssize(voxels);  // at most
-  if (others + of_voxels > options.max_vertices) of_voxels = CountVoxelVertices(voxels);
-  if (others + of_voxels <= options.max_vertices) return;
+  if (others + of_voxels > max_vertices) of_voxels = CountVoxelVertices(voxels);
+  if (others + of_voxels <= max_vertices) return;
   throw ConfigError(fmt::format(
       "max_vertices: found a map of {} vertices, {} of them for its {} occupied voxels, expected "
       "at most {}: map with a coarser mapping.occupancy.resolution_m, or give a higher limit",
-      others + of_voxels, of_voxels, voxels.size(), options.max_vertices));
+      others + of_voxels, of_voxels, voxels.size(), max_vertices));
 }
 
 }  // namespace
 
-void SceneOptions::Check() const {
-  const auto require = [](bool condition, const char* key, double found, const char* expected) {
-    if (!condition)
-      throw ConfigError(fmt::format("{}: found {}, expected {}", key, found, expected));
-  };
-  require(frustum_m > 0, "frustum_m", frustum_m, "more than 0");
-  require(frustum_spacing_m >= 0, "frustum_spacing_m", frustum_spacing_m, "at least 0");
-  require(max_jump_s > 0, "max_jump_s", max_jump_s, "more than 0");
-  require(line_bar_m > 0, "line_bar_m", line_bar_m, "more than 0");
-  require(max_vertices > 0, "max_vertices", max_vertices, "more than 0");
+int64_t MapScene::CountVertices() const {
+  return std::ssize(points.positions) + std::ssize(lines.vertices.positions) +
+         std::ssize(trajectory.vertices.positions) + std::ssize(keyframes.vertices.positions) +
+         std::ssize(voxels.vertices.positions) + std::ssize(line_bars.vertices.positions);
 }
 
-MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Progress& progress) {
-  options.Check();
+MapScene MakeScene(const MapResult& map, int max_vertices, const Progress& progress) {
+  constexpr double kBar_m = 0.04;  // width of lines that are drawn as bars
   const std::vector<Voxel> voxels = map.occupancy.OccupiedVoxels();
-  CheckSize(map, voxels, options);
+  CheckSize(map, voxels, max_vertices);
   progress.ReportOrStop(0);
   std::vector<double> heights_m;
   for (const MapPoint& point : map.points) heights_m.push_back(point.p_world.z());
   const HeightColours colours(std::move(heights_m));
-
-  MapScene scene;
-  scene.georeference = map.source.georeference;
-  scene.points = {MakePointLayer(map, colours)};
-  scene.lines = {MakeLineLayer(map), MakeTrajectoryLayer(map, options.max_jump_s),
-                 MakeKeyframeLayer(map, options)};
-  scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
+  MapScene scene{MakePoints(map, colours),
+                 MakeLineLayer(map),
+                 MakeTrajectoryLayer(map),
+                 MakeKeyframeLayer(map),
+                 {},
+                 {}};
   AddVoxels(
-      voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); },
-      &scene.meshes[0], progress);
-  AddBars(scene.lines[0], options.line_bar_m, &scene.meshes[1]);
+      voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); }, &scene.voxels,
+      progress);
+  AddBars(scene.lines, kBar_m, &scene.line_bars);
   return scene;
 }
 
@@ -185,33 +181,18 @@ std::vector<Eigen::Vector3d> FrustumCorners(const Camera& camera, double depth_m
   return corners;
 }
 
-namespace {
-
-constexpr double kMedianSteps = 4;  // median ones
-
-}  // namespace
-
-double TrajectoryGap_s(const Trajectory& trajectory, double max_jump_s) {
+double TrajectoryGap_s(const Trajectory& trajectory) {
+  constexpr double kLeast_s = 0.5, kMedianSteps = 4;
   std::vector<double> steps_s;
   for (size_t i = 1; i < trajectory.size(); ++i) {
     steps_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
   }
-  return std::max(max_jump_s, kMedianSteps * Quantile(std::move(steps_s), 0.5));
+  return std::max(kLeast_s, kMedianSteps * Quantile(std::move(steps_s), 0.5));
 }
 
-const MapScene& SceneOfMap::Of(const MapResult& map, const Progress& progress) {
-  if (map_ == &map) return scene_;
-  scene_ = MakeScene(map, options_, progress);
-  scene_.map_id = map.id;
-  scene_.run_id = map.source.run_id;
-  map_ = &map;
-  return scene_;
-}
-
-std::vector<std::string> SceneWriter::Write(const std::string& folder, const MapResult& map,
-                                            const Progress& progress) const {
-  const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
-  return WriteScene(folder, scene, progress.Part(0.5, 1));
+const MapScene& SceneOfMap::Get(const MapResult& map, const Progress& progress) {
+  if (!scene_) scene_ = MakeScene(map, max_vertices_, progress);
+  return *scene_;
 }
 
 }  // namespace slcmap::exporting

@@ -1,5 +1,3 @@
-#include "export/sfm/text_models.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <iterator>
@@ -7,9 +5,9 @@
 #include <set>
 #include <utility>
 
-#include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/scene/map_writer.h"
+#include "export/scene/formats.h"
+#include "export/scene/georeference_note.h"
 #include "export/sfm/model.h"
 
 namespace slcmap::inline exporting {
@@ -89,31 +87,26 @@ std::string PointsText(const std::vector<ModelPoint>& points,
 
 }  // namespace
 
-void ColmapOptions::Check() const {
-  if (images.empty() || images == "rectified") return;
-  throw ConfigError(fmt::format("colmap images: found '{}', expected 'rectified'", images));
-}
-
-std::vector<std::string> ColmapWriter::Write(const std::string& folder, const MapResult& map,
-                                             const Progress& progress) const {
+std::vector<std::string> WriteColmap(const std::string& images, const RecordingOptions& recording,
+                                     const std::string& folder, const MapResult& map,
+                                     const Progress& progress) {
   const std::string model = folder + "/colmap";
   MakeFolder(model);
   WriteFile(model + "/cameras.txt", CamerasText(map.rectified_rig));
-  const std::vector<ModelImage> images = ModelImages(map);
-  const std::vector<ModelPoint> points = ModelPoints(map, images);
+  const std::vector<ModelImage> of_model = ModelImages(map);
+  const std::vector<ModelPoint> points = ModelPoints(map, of_model);
   progress.ReportOrStop(0.5);
   const std::string offset = GeoreferenceNote(map.source.georeference);
   WriteFile(model + "/images.txt",
-            (offset.empty() ? "" : "# " + offset + "\n") + ImagesText(images, points));
-  WriteFile(model + "/points3D.txt", PointsText(points, images));
+            (offset.empty() ? "" : "# " + offset + "\n") + ImagesText(of_model, points));
+  WriteFile(model + "/points3D.txt", PointsText(points, of_model));
   std::vector<std::string> paths = {model + "/cameras.txt", model + "/images.txt",
                                     model + "/points3D.txt"};
-  if (!options_.images.empty()) {
+  if (!images.empty()) {
     const std::vector<std::string> written =
-        WriteRectifiedImages(model + "/images", map, images, recording_, progress.Part(0.6, 1));
+        WriteRectifiedImages(model + "/images", map, of_model, recording, progress.Part(0.6, 1));
     paths.insert(paths.end(), written.begin(), written.end());
   }
-  progress.ReportOrStop(1);
   return paths;
 }
 
@@ -204,15 +197,14 @@ std::string RowsText(const std::vector<Track>& tracks) {
 
 }  // namespace
 
-std::vector<std::string> LimapWriter::Write(const std::string& folder, const MapResult& map,
-                                            const Progress& progress) const {
+std::vector<std::string> WriteLimap(const std::string& folder, const MapResult& map,
+                                    const Progress& progress) {
   const std::string own = folder + "/limap";
   MakeFolder(own);
   const std::vector<Track> tracks = MakeTracks(map);
   WriteFile(own + "/alltracks.txt", TracksText(tracks));
   progress.ReportOrStop(0.5);
   WriteFile(own + "/lines.txt", RowsText(tracks));
-  progress.ReportOrStop(1);
   return {own + "/alltracks.txt", own + "/lines.txt"};
 }
 

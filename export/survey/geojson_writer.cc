@@ -6,9 +6,8 @@
 #include "data/core/coordinate_system.h"
 #include "data/io/json.h"
 #include "export/scene/building_solids.h"
-#include "export/survey/storey_features.h"
+#include "export/scene/formats.h"
 #include "export/survey/survey_points.h"
-#include "export/survey/survey_writers.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -138,9 +137,8 @@ void WriteStorey(const std::string& path, const MapResult& map,
 
 }  // namespace
 
-std::vector<std::string> GeoJsonWriter::Write(const std::string& folder, const MapResult& map,
-                                              const Progress& progress) const {
-  progress.ReportOrStop(0);
+std::vector<std::string> WriteGeoJson(const std::string& folder, const MapResult& map,
+                                      const Progress&) {
   MakeFolder(folder + "/plan");
   std::vector<std::string> paths;
   const auto write = [&](const std::string& name, const std::optional<int64_t>& storey) {
@@ -151,7 +149,6 @@ std::vector<std::string> GeoJsonWriter::Write(const std::string& folder, const M
     write(fmt::format("storey_{}", storey.id), storey.id);
   }
   if (paths.empty()) write("no_storey", std::nullopt);
-  progress.ReportOrStop(1);
   return paths;
 }
 

@@ -1,15 +1,15 @@
 // GeoPackage 1.2: an SQLite database with tables of features.
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <memory>
 #include <string_view>
 
 #include "data/bag/sqlite.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/survey/storey_features.h"
+#include "export/scene/formats.h"
 #include "export/survey/survey_points.h"
-#include "export/survey/survey_writers.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -131,17 +131,7 @@ std::string MakeGeometry(const StoreyFeature& feature, FeatureGeometry geometry,
 }
 
 const char* SqlType(ColumnType type) {
-  switch (type) {
-    case ColumnType::kBoolean:
-      return "BOOLEAN";
-    case ColumnType::kInteger:
-      return "INTEGER";
-    case ColumnType::kReal:
-      return "DOUBLE";
-    case ColumnType::kText:
-      break;
-  }
-  return "TEXT";
+  return std::array{"BOOLEAN", "INTEGER", "DOUBLE", "TEXT"}[static_cast<std::size_t>(type)];
 }
 
 const char* GeometryName(FeatureGeometry geometry) {
@@ -296,14 +286,12 @@ class GeoPackage {
 
 }  // namespace
 
-std::vector<std::string> GeoPackageWriter::Write(const std::string& folder, const MapResult& map,
-                                                 const Progress& progress) const {
-  progress.ReportOrStop(0);
+std::vector<std::string> WriteGeoPackage(const std::string& folder, const MapResult& map,
+                                         const Progress&) {
   const std::string path = folder + "/plan.gpkg";
   GeoPackage file(path, FindPlace(map.source));
   for (const FeatureLayer& layer : MakeFeatureLayers(map)) file.AddLayer(layer);
   file.Close();
-  progress.ReportOrStop(1);
   return {path};
 }
 

@@ -13,7 +13,6 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/web/gltf_writer.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -32,10 +31,6 @@ uint64_t SpreadBits(uint64_t value) {
   value = (value | value << 8) & 0x100f00f00f00f00f;
   value = (value | value << 4) & 0x10c30c30c30c30c3;
   return (value | value << 2) & 0x1249249249249249;
-}
-
-uint64_t MortonCode(uint64_t x, uint64_t y, uint64_t z) {
-  return SpreadBits(x) | SpreadBits(y) << 1 | SpreadBits(z) << 2;
 }
 
 // The cube that an octree divides.
@@ -271,6 +266,10 @@ class CloudTiler {
 };
 
 }  // namespace
+
+uint64_t MortonCode(uint64_t x, uint64_t y, uint64_t z) {
+  return SpreadBits(x) | SpreadBits(y) << 1 | SpreadBits(z) << 2;
+}
 
 TileOfSet WriteCloudTiles(const std::string& folder, const PointsToTile& points,
                           std::vector<std::string>* paths, const Progress& progress) {

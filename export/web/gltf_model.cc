@@ -61,8 +61,7 @@ void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
                          const tinygltf::Value::Object& extras) {
   if (vertices.size() == 0 || (mode != TINYGLTF_MODE_POINTS && indices.empty())) return;
   box_.extend(ComputeBox(vertices));
-  const int index = NodeAt(path);
-  tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+  tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(NodeAt(path))];
   tinygltf::Primitive primitive;
   primitive.mode = mode;
   primitive.material = UnlitMaterial();
@@ -70,17 +69,21 @@ void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
       quantised_ ? AddQuantised(vertices, &node) : AddPositions(vertices);
   primitive.attributes["COLOR_0"] = AddColours(vertices);
   if (!indices.empty()) primitive.indices = AddIndices(indices);
-  tinygltf::Mesh mesh;
-  mesh.name = path;
-  mesh.primitives.push_back(primitive);
-  node.mesh = static_cast<int>(model_.meshes.size());
   if (!extras.empty()) node.extras = tinygltf::Value(extras);
+  SetMesh(primitive, &node);
+}
+
+void GltfModel::SetMesh(const tinygltf::Primitive& primitive, tinygltf::Node* node) {
+  tinygltf::Mesh mesh;
+  mesh.name = node->name;
+  mesh.primitives.push_back(primitive);
+  node->mesh = static_cast<int>(model_.meshes.size());
   model_.meshes.push_back(mesh);
 }
 
-void GltfModel::SetOrigin(const MapScene& scene) {
-  if (scene.georeference) {
-    const Georeference& place = *scene.georeference;
+void GltfModel::SetOrigin(const MapResult& map) {
+  if (map.source.georeference) {
+    const Georeference& place = *map.source.georeference;
     tinygltf::Value::Object extras;
     tinygltf::Value::Array origin;
     for (const double value_m : place.origin_m) origin.emplace_back(value_m);
@@ -90,10 +93,10 @@ void GltfModel::SetOrigin(const MapScene& scene) {
     extras["scale"] = tinygltf::Value(place.scale);
     model_.nodes[0].extras.Get<tinygltf::Value::Object>()["georeference"] = tinygltf::Value(extras);
   }
-  if (scene.map_id.empty()) return;
+  if (map.id.empty()) return;
   tinygltf::Value::Object ids;
-  ids["map"] = tinygltf::Value(scene.map_id);
-  ids["run"] = tinygltf::Value(scene.run_id);
+  ids["map"] = tinygltf::Value(map.id);
+  ids["run"] = tinygltf::Value(map.source.run_id);
   model_.asset.extras = tinygltf::Value(ids);
 }
 
@@ -131,11 +134,7 @@ void GltfModel::AddTextured(const std::string& path, const Vertices& vertices,
   primitive.attributes["TEXCOORD_0"] = AddAccessor(rows, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
   primitive.indices = AddIndices(indices);
   primitive.material = TextureMaterial(path, png);
-  tinygltf::Mesh mesh;
-  mesh.name = path;
-  mesh.primitives.push_back(primitive);
-  node.mesh = static_cast<int>(model_.meshes.size());
-  model_.meshes.push_back(mesh);
+  SetMesh(primitive, &node);
 }
 
 namespace {

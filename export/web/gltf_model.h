@@ -33,8 +33,8 @@ class GltfModel {
   void AddTextured(const std::string& path, const Vertices& vertices,
                    const std::vector<uint32_t>& indices, const std::vector<Eigen::Vector2f>& places,
                    const std::string& png);
-  // What the scene is of, and where it lies: z is up there, as in the map.
-  void SetOrigin(const MapScene& scene);
+  // What the map is of, and where it lies: z is up there, as in the map.
+  void SetOrigin(const MapResult& map);
 
   // Of all vertices.
   const Eigen::AlignedBox3d& box() const { return box_; }
@@ -53,6 +53,7 @@ class GltfModel {
   int AddQuantised(const Vertices& vertices, tinygltf::Node* node);
   int AddColours(const Vertices& vertices);
   int AddIndices(const std::vector<uint32_t>& indices);
+  void SetMesh(const tinygltf::Primitive& primitive, tinygltf::Node* node);
   void Use(const char* extension, bool required);
 
   bool quantised_;

@@ -1,5 +1,3 @@
-#include "export/web/gltf_writer.h"
-
 #include <spdlog/fmt/fmt.h>
 #include <tiny_gltf.h>
 
@@ -16,9 +14,11 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "export/scene/building_solids.h"
+#include "export/scene/formats.h"
 #include "export/scene/map_layers.h"
 #include "export/scene/meshes.h"
 #include "export/scene/scene.h"
+#include "export/web/cloud_tiles.h"
 #include "export/web/gltf_model.h"
 #include "mapping/map/building.h"
 
@@ -86,11 +86,7 @@ class GltfLayers {
   GltfLayers(const MapResult& map, const MapScene& scene, GltfModel* model)
       : map_(map), scene_(scene), model_(model) {}
 
-  void AddPoints() {
-    for (const PointLayer& layer : scene_.points) {
-      model_->AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
-    }
-  }
+  void AddPoints() { model_->AddLayer("points", scene_.points, {}, TINYGLTF_MODE_POINTS); }
 
   // At most so many, one of every few.
   void AddDense(int64_t most) {
@@ -109,35 +105,29 @@ class GltfLayers {
     std::map<std::string, std::vector<std::size_t>> groups;
     for (std::size_t i = 0; i < map_.lines.size(); ++i) {
       const MapLine& line = map_.lines[i];
-      const double middle_m = 0.5 * (line.start_world.z() + line.end_world.z());
-      const auto storey = StoreyAt(map_.building, middle_m);
+      const auto storey = StoreyAtMiddle(map_.building, line);
       groups[StoreyPath("lines", map_.building, storey) + "/" + AxisName(line.axis)].push_back(i);
     }
     for (const auto& [path, lines] : groups) AddLineGroup(path, map_, lines, model_);
   }
 
   void AddTracks() {
-    for (const LineLayer& layer : scene_.lines) {
-      if (layer.name == "lines") continue;
-      model_->AddLayer(layer.name, layer.vertices, Flat(layer.edges), TINYGLTF_MODE_LINE);
+    for (const auto& [name, layer] :
+         {std::pair("trajectory", &scene_.trajectory), std::pair("keyframes", &scene_.keyframes)}) {
+      model_->AddLayer(name, layer->vertices, Flat(layer->edges), TINYGLTF_MODE_LINE);
     }
   }
 
-  void AddMeshes(const GltfOptions& options, const Progress& progress) {
-    for (const MeshLayer& layer : scene_.meshes) {
-      progress.ReportOrStop(0);
-      if (layer.name == "line_bars" && !options.tubes) continue;
-      if (layer.name == "voxels" && !options.voxels) continue;
-      AddMesh(layer.name, layer, {});
-    }
+  void AddMeshes(const GltfOptions& options) {
+    if (options.voxels) AddMesh("voxels", scene_.voxels, {});
+    if (options.tubes) AddMesh("line_bars", scene_.line_bars, {});
   }
 
   void AddPipes() {
     for (const MapPipe& pipe : map_.pipes) {
       MeshLayer mesh;
       AddTube(pipe, kPipeColour, &mesh);
-      const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
-      const auto storey = StoreyAt(map_.building, middle_m);
+      const auto storey = StoreyAtMiddle(map_.building, pipe);
       AddMesh(StoreyPath("pipes", map_.building, storey) + fmt::format("/pipe {}", pipe.id), mesh,
               {{"id", MakeValue(pipe.id)},
                {"kind", MakeValue(std::string("pipe"))},
@@ -153,9 +143,7 @@ class GltfLayers {
     for (const PlanWall& wall : map_.building.walls) {
       const WallHeight height = HeightOfWall(wall, map_.building);
       MeshLayer mesh;
-      const auto solid = solids.find(&wall);
-      const WallBack back = solid == solids.end() ? WallBack() : ComputeBack(solid->second);
-      AddWallMesh(wall, height, kWallColour, &mesh, back);
+      AddWallMesh(wall, height, kWallColour, &mesh, ComputeBack(wall, solids));
       const auto storey = StoreyOfId(map_.building, wall.storey);
       AddMesh(StoreyPath("walls", map_.building, storey) + fmt::format("/wall {}", wall.id), mesh,
               {{"id", MakeValue(wall.id)},
@@ -229,14 +217,6 @@ class GltfLayers {
   GltfModel* model_;
 };
 
-int64_t CountVertices(const MapScene& scene) {
-  int64_t count = 0;
-  for (const PointLayer& layer : scene.points) count += std::ssize(layer.vertices.positions);
-  for (const LineLayer& layer : scene.lines) count += std::ssize(layer.vertices.positions);
-  for (const MeshLayer& layer : scene.meshes) count += std::ssize(layer.vertices.positions);
-  return count;
-}
-
 std::string GlbBytes(GltfModel* model) {
   const tinygltf::Model finished = model->Finish();
   std::ostringstream bytes;
@@ -276,22 +256,26 @@ PartModel MakeBuildingModel(const MapResult& map) {
   return {GlbBytes(&model), model.box()};
 }
 
-std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapResult& map,
-                                           const Progress& progress) const {
-  const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
-  GltfModel model(options_.quantised);
-  model.SetOrigin(scene);
+std::vector<std::string> WriteGlb(const GltfOptions& options, int max_vertices,
+                                  const std::shared_ptr<SceneOfMap>& scene_of_map,
+                                  const std::shared_ptr<std::vector<FaceTexture>>& textures,
+                                  const std::string& folder, const MapResult& map,
+                                  const Progress& progress) {
+  const MapScene& scene = scene_of_map->Get(map, progress.Part(0, 0.5));
+  GltfModel model(options.quantised);
+  model.SetOrigin(map);
   GltfLayers layers(map, scene, &model);
   layers.AddPoints();
-  layers.AddDense(max_vertices_ - CountVertices(scene));
+  layers.AddDense(max_vertices - scene.CountVertices());
   progress.ReportOrStop(0.55);
   layers.AddLines();
   layers.AddTracks();
-  layers.AddMeshes(options_, progress.Part(0.6, 0.7));
+  progress.ReportOrStop(0.6);
+  layers.AddMeshes(options);
   layers.AddPipes();
   layers.AddWalls();
   layers.AddPlanes();
-  if (textures_) layers.AddTextures(*textures_);
+  if (textures) layers.AddTextures(*textures);
   progress.ReportOrStop(0.75);
   const std::string path = folder + "/scene.glb";
   const std::string bytes = GlbBytes(&model);

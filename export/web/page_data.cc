@@ -1,5 +1,3 @@
-#include "export/web/page_data.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -10,7 +8,9 @@
 #include <tuple>
 
 #include "data/core/error.h"
-#include "export/sfm/recorded_images.h"
+#include "export/sfm/model.h"
+#include "export/web/cloud_tiles.h"
+#include "export/web/page_writer.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -27,15 +27,6 @@ struct Place {
   auto Key() const { return std::tie(chunk, morton, index); }
 };
 
-// The bits of a number with two zeros behind each.
-uint64_t Spread(uint16_t value) {
-  uint64_t spread = 0;
-  for (int bit = 0; bit < 16; ++bit) {
-    spread |= static_cast<uint64_t>((value >> bit) & 1) << (3 * bit);
-  }
-  return spread;
-}
-
 Place MakePlace(const Eigen::Vector3d& p_m, std::size_t index) {
   Place place{};
   place.index = index;
@@ -44,8 +35,8 @@ Place MakePlace(const Eigen::Vector3d& p_m, std::size_t index) {
     place.chunk[axis] = static_cast<int64_t>(chunk);
     place.steps[axis] =
         static_cast<uint16_t>(std::lround((p_m[axis] / kPageChunk_m - chunk) * kSteps));
-    place.morton |= Spread(place.steps[axis]) << axis;
   }
+  place.morton = MortonCode(place.steps[0], place.steps[1], place.steps[2]);
   return place;
 }
 
@@ -109,7 +100,7 @@ std::string Jpeg(const cv::Mat& raw, const cv::Mat& map, const PageImageOptions&
   const double scale = std::min(1.0, static_cast<double>(options.width_px) / image.cols);
   cv::resize(image, image, {}, scale, scale, cv::INTER_AREA);
   std::vector<uint8_t> bytes;
-  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, options.quality});
+  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, 75});
   return {bytes.begin(), bytes.end()};
 }
 
@@ -122,18 +113,8 @@ std::string Jpeg(const cv::Mat& raw, const cv::Mat& map, const PageImageOptions&
 
 }  // namespace
 
-void PageImageOptions::Check() const {
-  if (most < 1) throw ConfigError(fmt::format("most: found {}, expected at least 1", most));
-  if (width_px < 16) {
-    throw ConfigError(fmt::format("width_px: found {}, expected at least 16", width_px));
-  }
-  if (quality >= 1 && quality <= 100) return;
-  throw ConfigError(fmt::format("quality: found {}, expected 1 to 100", quality));
-}
-
 std::vector<PageImage> ReadPageImages(const MapResult& map, const SequenceSource& recording,
                                       const PageImageOptions& options, const Progress& progress) {
-  options.Check();
   const cv::Mat rectifying = RectifyingMap(map.rectified_rig, recording.info().rig, 0);
   const auto most = static_cast<std::size_t>(options.most);
   const std::size_t step = std::max<std::size_t>(1, (map.keyframes.size() + most - 1) / most);

@@ -16,7 +16,6 @@
 #include "data/version.h"
 #include "export/scene/meshes.h"
 #include "export/scene/scene.h"
-#include "export/web/page_data.h"
 #include "mapping/map/building.h"
 #include "mapping/map/names.h"
 #include "mapping/map/part_files.h"
@@ -346,7 +345,7 @@ std::string PackForPage(const MapResult& map, const std::string& title,
       {"marks", map.marks.size()},
       {"chunk_m", kPageChunk_m},
       {"dense_chunks", chunks},
-      {"trajectory_gap_s", TrajectoryGap_s(map.trajectory, SceneOptions{}.max_jump_s)},
+      {"trajectory_gap_s", TrajectoryGap_s(map.trajectory)},
       {"camera_corners", PointsJson(FrustumCorners(map.rectified_rig.cameras[0], 1.0))},
       {"names", NamesJson(map.source, origin_world)},
       {"building", BuildingJson(map.building, origin_world)}};
@@ -359,9 +358,9 @@ namespace {
 constexpr std::string_view kMark = "@SLCMAP_MAP@";
 
 // In the zlib format, which browsers call "deflate".
-std::string Deflate(std::string bytes, int level, const Progress& progress) {
+std::string Deflate(std::string bytes, const Progress& progress) {
   z_stream stream{};
-  if (deflateInit(&stream, level) != Z_OK) throw Error("zlib: cannot be set up");
+  if (deflateInit(&stream, Z_DEFAULT_COMPRESSION) != Z_OK) throw Error("zlib: cannot be set up");
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, deflateEnd);
   constexpr std::size_t kStep = 1 << 20;
   std::string compressed, room(kStep, '\0');
@@ -412,21 +411,13 @@ std::size_t FindMark(const std::string& page_template) {
 
 }  // namespace
 
-void PageOptions::Check() const {
-  if (compression >= 1 && compression <= 9) return;
-  throw ConfigError(fmt::format("compression: found {}, expected 1 to 9", compression));
-}
-
 std::string MakePage(const MapResult& map, const std::string& page_template,
-                     const PageOptions& options, const std::vector<PageImage>& images,
+                     const std::string& title, const std::vector<PageImage>& images,
                      const Progress& progress) {
-  options.Check();
   const std::size_t mark = FindMark(page_template);
-  const std::string title = options.title.empty() ? map.id : options.title;
-  std::string pack = PackForPage(map, title, images, progress.Part(0, 0.3));
-  const std::string compressed =
-      Deflate(std::move(pack), options.compression, progress.Part(0.3, 0.95));
-  const std::string text = Base64(compressed);
+  std::string pack =
+      PackForPage(map, title.empty() ? map.id : title, images, progress.Part(0, 0.3));
+  const std::string text = Base64(Deflate(std::move(pack), progress.Part(0.3, 0.95)));
   std::string page;
   page.reserve(page_template.size() + text.size());
   page.append(page_template, 0, mark).append(text);

@@ -1,5 +1,3 @@
-#include "export/web/tiles_writer.h"
-
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
@@ -16,7 +14,8 @@
 #include "data/core/math.h"
 #include "data/io/file.h"
 #include "export/scene/building_solids.h"
-#include "export/web/gltf_writer.h"
+#include "export/scene/formats.h"
+#include "export/web/cloud_tiles.h"
 #include "export/web/page_writer.h"
 #include "mapping/map/building.h"
 #include "mapping/map/part_files.h"
@@ -130,8 +129,7 @@ MapResult PartOfStorey(const MapResult& map, std::optional<int64_t> storey) {
   std::erase_if(part.building.walls, elsewhere);
   std::erase_if(part.building.planes, elsewhere);
   for (const MapPipe& pipe : map.pipes) {
-    const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
-    if (id(StoreyAt(map.building, middle_m)) == storey) part.pipes.push_back(pipe);
+    if (id(StoreyAtMiddle(map.building, pipe)) == storey) part.pipes.push_back(pipe);
   }
   return part;
 }
@@ -281,8 +279,8 @@ class TilesetMaker {
 
 }  // namespace
 
-std::vector<std::string> TilesWriter::Write(const std::string& folder, const MapResult& map,
-                                            const Progress& progress) const {
+std::vector<std::string> WriteTiles(const std::string& page, const std::string& folder,
+                                    const MapResult& map, const Progress& progress) {
   MakeFolder(folder + "/tiles");
   TilesetMaker maker(map, folder + "/tiles");
   maker.AddClouds(progress.Part(0, 0.9));
@@ -293,7 +291,7 @@ std::vector<std::string> TilesWriter::Write(const std::string& folder, const Map
     spdlog::warn("tiles: the map has no points, lines and planes, no tileset is written");
     return {};
   }
-  return maker.Finish(options_.page);
+  return maker.Finish(page);
 }
 
 }  // namespace slcmap::exporting

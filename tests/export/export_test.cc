@@ -207,7 +207,7 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   ExportOptions options = OfFormats({"glb"});
   options.gltf.voxels = true;
   ExportMap(map, folder_, options);
-  EXPECT_EQ(CountDrawn(ReadGltf(), "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
+  EXPECT_EQ(CountDrawn(ReadGltf(), "voxels"), 3 * MakeScene(map).voxels.triangles.size());
 }
 
 TEST_F(ExportTest, GltfHoldsPositionsAndLinearColours) {
@@ -233,7 +233,7 @@ TEST_F(ExportTest, PlyFilesAreTextOnRequest) {
   map.lines[0].end_world = {123.4567, -98.7654, 12.3456};
   map.dense = {{{123.4567, 0, 1}, {0, 0, 1}, 0.01}};
   ExportOptions options;
-  options.ply.ascii = true;
+  options.ascii_ply = true;
   for (const std::string& path : ExportMap(map, folder_, options)) {
     if (!path.ends_with(".ply")) continue;
     EXPECT_THAT(ReadFile(path), ::testing::StartsWith("ply\nformat ascii 1.0\n")) << path;
@@ -323,7 +323,7 @@ TEST_F(ExportTest, Open3dReadsThePlyFiles) {
   std::string paths;
   for (const std::string form : {"binary", "ascii"}) {
     ExportOptions options = OfFormats({"ply", "cloud"});
-    options.ply.ascii = form == "ascii";
+    options.ascii_ply = form == "ascii";
     ExportMap(testing::MakeRoomMap(), Path(form), options);
     for (const auto& [file, found] : kFound) paths += " " + Path(form + "/" + file);
   }

@@ -9,7 +9,8 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/cad_writers.h"
+#include "export/export.h"
+#include "export/scene/formats.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"
@@ -28,7 +29,7 @@ class DxfWriterTest : public ::testing::Test {
  protected:
   DxfWriterTest() { map_.building = testing::MakeBuilding(2, 0.2); }
 
-  void Write(const MapResult& map) const { DxfWriter({}, 0.5).Write(temp_.Path(""), map, {}); }
+  void Write(const MapResult& map) const { WriteDxf({}, temp_.Path(""), map); }
 
   MapResult map_;
   testing::TempFolder temp_;
@@ -89,8 +90,11 @@ TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
         std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || c >= ' '; }));
   }
   EXPECT_GT(count, 50);
-  EXPECT_EQ(Ascii("12.00 m\u00b2"), "12.00 m2");
-  EXPECT_EQ(Ascii("\u03c3 4 mm"), "sigma 4 mm");
+  PlanOptions with_sigmas;
+  with_sigmas.wall_sigma = true;
+  WriteDxf(with_sigmas, temp_.Path(""), map_);
+  EXPECT_THAT(ReadFile(temp_.Path("plan.dxf")),
+              AllOf(HasSubstr("12.00 m2"), HasSubstr("\nsigma ")));
 }
 
 MapLine EdgeAlongX(const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
@@ -107,7 +111,6 @@ MapResult MakeFullMap() {
   MapResult map;
   map.building = testing::MakeBuilding(2, 0.2);
   map.building.planes = {WallWithDoor()};
-  map.building.T_map_world.translation = {1000, -2000, 0};
   map.trajectory = {{0, {}}, {100'000'000, {}}, {5'000'000'000, {}}, {5'100'000'000, {}}};
   map.points.emplace_back().p_world = {123.45678, -0.00012, 3.3};
   map.lines = {EdgeAlongX({0.12341, 0.98768, 3.5}, {5, 5, 3.5})};
@@ -130,7 +133,7 @@ class EzdxfTest : public ::testing::Test {
     std::string files;
     const auto write = [&](const char* name, const MapResult& map) {
       MakeFolder(temp.Path(name));
-      for (const std::string& path : DxfWriter({}, 0.5).Write(temp.Path(name), map, {})) {
+      for (const std::string& path : WriteDxf({}, temp.Path(name), map)) {
         files += " " + path.substr(temp.Path().size());
       }
     };
@@ -239,7 +242,7 @@ MapResult MakeFurnishedMap() {
 
 TEST(ObjWriterTest, AnObjectALayer) {
   const testing::TempFolder temp;
-  const std::string path = ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0);
+  const std::string path = WriteObj("z", temp.Path(""), MakeFurnishedMap()).at(0);
   const std::string text = ReadFile(path);
   EXPECT_THAT(text, HasSubstr("mtllib map.mtl\n"));
   EXPECT_THAT(text, HasSubstr("o S0_X_EDGE\nusemtl lines_x\nv 0.123450 2.000000 1.000000\n"
@@ -248,26 +251,27 @@ TEST(ObjWriterTest, AnObjectALayer) {
   EXPECT_THAT(text, HasSubstr("l 9 10\nl 10 11\nl 11 12\nl 12 9\n"));  // after two triangles
   EXPECT_THAT(text, HasSubstr("o TRAJECTORY\nusemtl trajectory\n"));
   EXPECT_THAT(ReadFile(temp.Path("map.mtl")), HasSubstr("newmtl floor\nKd 0."));
-  EXPECT_THAT(ReadFile(ObjWriter(0.5).Write(temp.Path(""), MapResult(), {}).at(0)),
-              Not(HasSubstr("\no ")));
+  EXPECT_THAT(ReadFile(WriteObj("z", temp.Path(""), MapResult()).at(0)), Not(HasSubstr("\no ")));
 }
 
 TEST(ObjWriterTest, UpIsZOrYAndItsCommentSaysWhich) {
   const testing::TempFolder temp;
   const std::string path = temp.Path("map.obj");
-  ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {});
+  WriteObj("z", temp.Path(""), MakeFurnishedMap());
   EXPECT_THAT(ReadFile(path), HasSubstr("metres, z up"));
-  ObjWriter(0.5, {.up = "y"}).Write(temp.Path(""), MakeFurnishedMap(), {});
+  WriteObj("y", temp.Path(""), MakeFurnishedMap());
   EXPECT_THAT(ReadFile(path), HasSubstr("metres, y up"));
   EXPECT_THAT(ReadFile(path), HasSubstr("v 0.123450 1.000000 -2.000000\n"));
-  EXPECT_THROW(ObjWriter(0.5, {.up = "x"}).Write(temp.Path(""), {}, {}), ConfigError);
+  ExportOptions sideways;
+  sideways.obj_up = "x";
+  EXPECT_THROW(CheckFormats(sideways), ConfigError);
 }
 
 TEST(ObjWriterTest, AssimpReadsLinesAndFaces) {
   SLCMAP_NEEDS_READER("assimp");
   const testing::TempFolder temp;
   const std::string info =
-      OutputOf("assimp info " + ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0));
+      OutputOf("assimp info " + WriteObj("z", temp.Path(""), MakeFurnishedMap()).at(0));
   EXPECT_THAT(info, HasSubstr("lines"));
   EXPECT_THAT(info, HasSubstr("triangles"));
   for (const char* name : {"S0_X_EDGE", "S0_FLOOR_PLANE", "S0_FLOOR_PLANE_OUTLINE", "TRAJECTORY"}) {

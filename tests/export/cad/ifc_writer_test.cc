@@ -7,8 +7,8 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/cad_writers.h"
 #include "export/cad/ifc_file.h"
+#include "export/scene/formats.h"
 #include "tests/export/cad/ifc_rules.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/made_building.h"
@@ -31,8 +31,8 @@ using testing::StepEntity;
 
 class IfcWriterTest : public ::testing::Test {
  protected:
-  std::string Write(const MapResult& map, const IfcOptions& options = {}) const {
-    IfcWriter(options).Write(temp_.Path(), map, {});
+  std::string Write(const MapResult& map, bool line_solids = false) const {
+    WriteIfc(line_solids, temp_.Path(), map);
     return ReadFile(Path());
   }
   std::string Path() const { return temp_.Path("map.ifc"); }
@@ -58,7 +58,7 @@ TEST(StepFileTest, NumbersAndTextsAreAsTheStandardHasThem) {
 }
 
 TEST_F(IfcWriterTest, KeepsToTheRules) {
-  const std::string text = Write(testing::MakeTwoStoreys(), {.line_solids = true});
+  const std::string text = Write(testing::MakeTwoStoreys(), true);
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   const StepEntities entities = testing::ParseStep(text);
   for (const auto& [type, count] : {std::pair{"IFCBUILDINGSTOREY", 2},
@@ -119,7 +119,7 @@ TEST_F(IfcWriterTest, EachLineHasItsIdKindAndSigma) {
   map.lines[3].sigma_m = 0.0055;
   map.lines[3].end_world.x() = 6;
   map.lines[0].kind = LineKind::kEdge;
-  const std::string text = Write(map, {.line_solids = true});
+  const std::string text = Write(map, true);
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   const StepEntities entities = testing::ParseStep(text);
   std::vector<std::string> sets;
@@ -197,7 +197,7 @@ TEST_F(IfcWriterTest, WhatHasNoExtentIsLeftOut) {
   map.building.walls[0].openings[0].to_m = 10;
   map.building.rooms[1].polygon = {};
   map.lines[0].end_world = map.lines[0].start_world;
-  const std::string text = Write(map, {.line_solids = true});
+  const std::string text = Write(map, true);
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   const StepEntities entities = testing::ParseStep(text);
   EXPECT_EQ(CountMatching(entities, "IFCWALL"), 3);
@@ -206,12 +206,10 @@ TEST_F(IfcWriterTest, WhatHasNoExtentIsLeftOut) {
   EXPECT_EQ(CountMatching(entities, "IFCANNOTATION"), 2);
 }
 
-TEST_F(IfcWriterTest, NumbersThatAreNotFiniteAndOptionsOutOfRangeAreErrors) {
+TEST_F(IfcWriterTest, NumbersThatAreNotFiniteAreErrors) {
   MapResult map = testing::MakeTwoStoreys();
   map.building.walls[3].sigma_m = std::numeric_limits<double>::infinity();
   EXPECT_THROW(Write(map), DataError);
-  EXPECT_EQ(testing::MessageOf<ConfigError>([&] { Write({}, {.slab_m = 0}); }),
-            "ifc.slab_m: found 0, expected 0.001 to 2");
 }
 
 // Ways to break a file, each of which the rules must find.
@@ -245,7 +243,7 @@ TEST_F(IfcWriterTest, TheSchemaHolds) {
   const std::string checker = testing::SharedData("../ifc/check_ifc.py");
   if (checker.empty()) GTEST_SKIP() << "the schema of IFC4 is not there";
   for (const MapResult& map : {testing::MakeTwoStoreys(), MapResult()}) {
-    Write(map, {.line_solids = true});
+    Write(map, true);
     const testing::ReaderOutput output = testing::RunReader("python3 " + checker + " " + Path());
     EXPECT_EQ(output.status, 0) << output.text;
   }
@@ -279,8 +277,8 @@ class IfcReaderTest : public IfcWriterTest {
   void SetUp() override {
     if (!testing::HasNodeReader("web-ifc")) GTEST_SKIP() << testing::NodeReaderMissing("web-ifc");
   }
-  std::string Read(const MapResult& map, const IfcOptions& options = {}) const {
-    Write(map, options);
+  std::string Read(const MapResult& map, bool line_solids = false) const {
+    Write(map, line_solids);
     const testing::ReaderOutput output = testing::RunNodeReader("read_ifc.mjs", Path());
     EXPECT_EQ(output.status, 0) << output.text;
     EXPECT_THAT(output.text, Not(HasSubstr("[error]")));
@@ -338,13 +336,12 @@ TEST_F(IfcReaderTest, WallsThatMeetLeaveNoGapAtTheirCorner) {
 
 TEST_F(IfcReaderTest, LinesAreSolidsOnRequest) {
   const MapResult map = testing::MakeTwoStoreys();
-  const std::vector<IfcProduct> bars =
-      IfcProducts(Read(map, {.line_solids = true, .line_solid_m = 0.1}), "IfcBuildingElementProxy");
+  const std::vector<IfcProduct> bars = IfcProducts(Read(map, true), "IfcBuildingElementProxy");
   ASSERT_EQ(bars.size(), 3u);
-  EXPECT_NEAR(bars[0].volume_m3, 8 * 0.01, 1e-4);
-  EXPECT_NEAR(bars[1].volume_m3, 2.7 * 0.01, 1e-4);
+  EXPECT_NEAR(bars[0].volume_m3, 8 * 4e-4, 1e-6);
+  EXPECT_NEAR(bars[1].volume_m3, 2.7 * 4e-4, 1e-6);
   const Eigen::Vector3d tilted = map.lines[2].end_world - map.lines[2].start_world;
-  EXPECT_NEAR(bars[2].volume_m3, tilted.norm() * 0.01, 1e-4);
+  EXPECT_NEAR(bars[2].volume_m3, tilted.norm() * 4e-4, 1e-6);
 }
 
 TEST_F(IfcReaderTest, PipesAreRoundSolids) {

@@ -1,5 +1,3 @@
-#include "export/ortho/ortho_writer.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
@@ -11,6 +9,7 @@
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "export/export.h"
+#include "export/scene/formats.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/small_sequence.h"
 
@@ -177,7 +176,7 @@ class OrthoTest : public ::testing::Test {
 
   // Returns the bytes of the wall's image.
   static std::string WriteInto(const std::string& folder) {
-    OrthoWriter().Write(recording_->Path(folder), MapOfWall(recording_->Path()), {});
+    WriteOrtho({}, nullptr, recording_->Path(folder), MapOfWall(recording_->Path()));
     return ReadFile(recording_->Path(folder + "/ortho/wall_W0_a.png"));
   }
 
@@ -293,7 +292,7 @@ TEST_F(OrthoTest, AreWrittenWhereTheyAreAskedForAndThenAlsoInGltf) {
 }
 
 TEST_F(OrthoTest, AMissingRecordingIsNamed) {
-  EXPECT_THAT([&] { OrthoWriter().Write(temp_.Path("out"), MapOfWall("/nowhere"), {}); },
+  EXPECT_THAT([&] { WriteOrtho({}, nullptr, temp_.Path("out"), MapOfWall("/nowhere")); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("--sequence names where it moved")));
 }
 

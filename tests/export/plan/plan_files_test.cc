@@ -10,8 +10,9 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/file.h"
-#include "export/plan/plan_writer.h"
+#include "export/export.h"
 #include "export/plan/sheet.h"
+#include "export/scene/formats.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"
@@ -32,10 +33,10 @@ class PlanFilesTest : public ::testing::Test {
   }
 
   std::string WritePdf(const MapResult& map, const PlanOptions& options = {}) const {
-    return PdfPlanWriter(options).Write(temp_.Path(""), map, {}).at(0);
+    return WritePdfPlans(options, temp_.Path(""), map).at(0);
   }
   std::vector<std::string> WriteSvg(const MapResult& map) const {
-    return SvgPlanWriter(PlanOptions()).Write(temp_.Path(""), map, {});
+    return WriteSvgPlans({}, temp_.Path(""), map);
   }
 
   MapResult map_;
@@ -88,7 +89,7 @@ TEST_F(PlanFilesTest, TheTitleBlockSaysWhatAndWhen) {
   options.date = "May 2026";
   options.number = "A-12";
   options.north_deg = 30;
-  const std::string given = ReadFile(SvgPlanWriter(options).Write(temp_.Path(""), map_, {}).at(0));
+  const std::string given = ReadFile(WriteSvgPlans(options, temp_.Path(""), map_).at(0));
   EXPECT_THAT(given, HasSubstr(">Annexe, May 2026<"));
   EXPECT_THAT(given, HasSubstr("drawing A-12-S0<"));
   EXPECT_THAT(given, HasSubstr("North: 30\u00b0 clockwise"));
@@ -206,7 +207,7 @@ class ReadGrid {
 
 TEST(GridWriter, ASecondReaderFindsWallsWhereTheyAre) {
   const testing::TempFolder temp;
-  GridWriter().Write(temp.Path(""), MakeRoomToDriveIn(), {});
+  WriteGrids({}, temp.Path(""), MakeRoomToDriveIn());
   const ReadGrid grid(temp.Path("grid/storey_0.yaml"));
   EXPECT_EQ(grid.yaml()["negate"].as<int>(), 0);
   EXPECT_EQ(grid.yaml()["mode"].as<std::string>(), "trinary");
@@ -226,12 +227,14 @@ TEST(GridWriter, ASecondReaderFindsWallsWhereTheyAre) {
 
 TEST(GridWriter, HeightsAreAnOption) {
   const testing::TempFolder temp;
-  GridWriter({.low_m = 0, .high_m = 2.3}).Write(temp.Path(""), MakeRoomToDriveIn(), {});
+  WriteGrids({.low_m = 0, .high_m = 2.3}, temp.Path(""), MakeRoomToDriveIn());
   const ReadGrid grid(temp.Path("grid/storey_0.yaml"));
   EXPECT_EQ(grid.At(0.1, 0.6), 0);
   EXPECT_EQ(grid.At(0.95, 0.8), 0);
-  EXPECT_THROW(GridWriter({.low_m = 2, .high_m = 1}).Write(temp.Path(""), {}, {}), ConfigError);
-  GridWriter().Write(temp.Path(""), MapResult(), {});
+  ExportOptions upside_down;
+  upside_down.grid = {.low_m = 2, .high_m = 1};
+  EXPECT_THROW(CheckFormats(upside_down), ConfigError);
+  WriteGrids({}, temp.Path(""), MapResult());
   EXPECT_EQ(ReadGrid(temp.Path("grid/no_storey.yaml")).At(0.05, 0.05), 205);  // one unknown cell
 }
 

@@ -12,10 +12,9 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
-#include "export/cad/cad_writers.h"
 #include "export/export.h"
-#include "export/plan/plan_writer.h"
-#include "export/plan/section_view.h"
+#include "export/plan/section_drawing.h"
+#include "export/scene/formats.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/temp_folder.h"
 
@@ -99,13 +98,13 @@ class SectionTest : public ::testing::Test {
   }
 
   ReadDxf Dxf(const std::string& name) const {
-    DxfWriter(options_, 0.5).Write(temp_.Path(""), map_, {});
+    WriteDxf(options_, temp_.Path(""), map_);
     return ReadDxf(temp_.Path("plan/" + name + ".dxf"));
   }
 
   // The straight paths of a pen, in metres at the sheet's scale, from its upper left corner.
   std::vector<ReadLine> Svg(const std::string& name, const std::string& pen) const {
-    SvgPlanWriter(options_).Write(temp_.Path(""), map_, {});
+    WriteSvgPlans(options_, temp_.Path(""), map_);
     const std::string svg = ReadFile(temp_.Path("plan/" + name + ".svg"));
     const double scale = 1e-3 * std::stod(svg.substr(svg.find(" 1:") + 3));
     const size_t from = svg.find("<g id=\"" + pen + "\"");
@@ -220,10 +219,9 @@ TEST_F(SectionTest, EachWallOfARoomHasItsElevation) {
 
 TEST_F(SectionTest, EachIsAFileOfEachFormat) {
   options_.sections = {"y=1.5"};
-  PdfPlanWriter writer(options_);
-  EXPECT_THAT(writer.Write(temp_.Path(""), map_, {}),
+  EXPECT_THAT(WritePdfPlans(options_, temp_.Path(""), map_),
               Contains(::testing::EndsWith("plan/section_1.pdf")));
-  SvgPlanWriter(options_).Write(temp_.Path(""), map_, {});
+  WriteSvgPlans(options_, temp_.Path(""), map_);
   EXPECT_THAT(ReadFile(temp_.Path("plan/section_1.svg")),
               AllOf(HasSubstr(">Section 1-1<"), HasSubstr("y = 1.5, seen towards larger y"),
                     HasSubstr(">+3.00<")));

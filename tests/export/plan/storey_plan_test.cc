@@ -1,5 +1,3 @@
-#include "export/plan/storey_plan.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +7,7 @@
 
 #include "data/core/error.h"
 #include "export/plan/drawing.h"
-#include "export/plan/symbols.h"
+#include "export/plan/sheet.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/temp_folder.h"
 

@@ -34,42 +34,28 @@ MapResult MakeWallMap() { return MapRun(testing::MakeWallRun(), nullptr, {}); }
 TEST(MapScene, HasALayerForEachPartOfTheMap) {
   MapResult map = MakeWallMap();
   map.lines.resize(2);
-  const MapScene scene = MakeScene(map, {});
-  EXPECT_EQ(scene.points[0].vertices.size(), map.points.size());
-  EXPECT_EQ(scene.lines[0].name, "lines");
-  EXPECT_EQ(scene.lines[0].edges.size(), 2u);
-  EXPECT_EQ(scene.lines[1].name, "trajectory");
-  EXPECT_EQ(scene.lines[1].edges.size(), 50u);
-  EXPECT_EQ(scene.lines[2].name, "keyframes");
-  EXPECT_EQ(scene.lines[2].edges.size(), 6u * 8);
-  EXPECT_GT(scene.meshes[0].triangles.size(), 4 * map.occupancy.OccupiedVoxels().size());
-  const MapScene empty = MakeScene(MapResult(), {});
-  for (const PointLayer& layer : empty.points) EXPECT_EQ(layer.vertices.size(), 0u);
-  for (const LineLayer& layer : empty.lines) EXPECT_TRUE(layer.edges.empty());
-  for (const MeshLayer& layer : empty.meshes) EXPECT_TRUE(layer.triangles.empty());
+  const MapScene scene = MakeScene(map);
+  EXPECT_EQ(scene.points.size(), map.points.size());
+  EXPECT_EQ(scene.lines.edges.size(), 2u);
+  EXPECT_EQ(scene.trajectory.edges.size(), 50u);
+  EXPECT_EQ(scene.keyframes.edges.size(), 6u * 8);
+  EXPECT_GT(scene.voxels.triangles.size(), 4 * map.occupancy.OccupiedVoxels().size());
+  EXPECT_EQ(MakeScene(MapResult()).CountVertices(), 0);
 }
 
 TEST(MapScene, AMapOfTooManyVerticesIsRefusedWithTheirNumber) {
   const MapResult map = MakeWallMap();
-  int64_t vertices = 0;
-  const MapScene scene = MakeScene(map, {});
-  for (const PointLayer& layer : scene.points) vertices += layer.vertices.size();
-  for (const LineLayer& layer : scene.lines) vertices += layer.vertices.size();
-  for (const MeshLayer& layer : scene.meshes) vertices += layer.vertices.size();
-  SceneOptions options;
-  options.max_vertices = static_cast<int>(vertices);
-  EXPECT_NO_THROW(MakeScene(map, options));
-  options.max_vertices -= 1;
-  EXPECT_THROW(MakeScene(map, options), ConfigError);
-  EXPECT_THROW(MakeScene(map, {.frustum_m = 0}), ConfigError);
-  EXPECT_THROW(MakeScene(map, {.line_bar_m = 0}), ConfigError);
+  const int vertices = static_cast<int>(MakeScene(map).CountVertices());
+  EXPECT_NO_THROW(MakeScene(map, vertices));
+  EXPECT_THROW(MakeScene(map, vertices - 1), ConfigError);
+  EXPECT_THROW(MakeScene(MapResult(), 0), ConfigError);
 }
 
 TEST(MapScene, VoxelsAreClosedAndFaceOutwards) {
   MapResult map;
   map.occupancy = OccupancyMap(0.5);
   map.occupancy.Insert({{{0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}}}}, 20);
-  const MeshLayer voxels = MakeScene(map, {}).meshes[0];
+  const MeshLayer voxels = MakeScene(map).voxels;
   ASSERT_EQ(voxels.triangles.size(), 12u);
   EXPECT_NEAR(VolumeOf(voxels, {5.25, 0.25, 0.25}), 0.125, 1e-6);
 }
@@ -80,28 +66,26 @@ TEST(MapScene, BarsAreClosedAndFaceOutwards) {
   for (const auto& [start, end] : lines) {
     MapResult map;
     map.lines = {{0, 0, LineAxis::kX, 0, 0, true, start, end}};
-    SceneOptions options;
-    options.line_bar_m = 0.5;
-    const MeshLayer bars = MakeScene(map, options).meshes[1];
+    const MeshLayer bars = MakeScene(map).line_bars;
     ASSERT_EQ(bars.triangles.size(), 12u);
-    EXPECT_NEAR(VolumeOf(bars, (start + end) / 2), 0.25 * (end - start).norm(), 1e-9);
+    EXPECT_NEAR(VolumeOf(bars, (start + end) / 2), 0.0016 * (end - start).norm(), 1e-9);
     EXPECT_EQ(bars.vertices.colours.back().red, LineColour(LineAxis::kX, true)[0]);
     const Eigen::ParametrizedLine<double, 3> line =
         Eigen::ParametrizedLine<double, 3>::Through(start, end);
     for (const Eigen::Vector3d& corner : bars.vertices.positions) {
-      EXPECT_NEAR(line.distance(corner), 0.25 * std::sqrt(2), 1e-9);
+      EXPECT_NEAR(line.distance(corner), 0.02 * std::sqrt(2), 1e-9);
     }
   }
   MapResult dot;  // without length, and so without a bar
   dot.lines = {{0, 0, LineAxis::kX, 0, 0, true, {1, 2, 3}, {1, 2, 3}}};
-  EXPECT_TRUE(MakeScene(dot, {}).meshes[1].triangles.empty());
+  EXPECT_TRUE(MakeScene(dot).line_bars.triangles.empty());
 }
 
 TEST(MapScene, FacesBetweenVoxelsAreLeftOut) {
   MapResult map;
   map.occupancy = OccupancyMap(0.5);
   map.occupancy.Insert({{{0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}, {5.25, 0.75, 0.25}}}}, 20);
-  const MeshLayer voxels = MakeScene(map, {}).meshes[0];
+  const MeshLayer voxels = MakeScene(map).voxels;
   EXPECT_EQ(voxels.triangles.size(), 2u * 10);
   for (const auto& [a, b, c] : voxels.triangles) {
     const Eigen::Vector3d middle = (voxels.vertices.positions[a] + voxels.vertices.positions[b] +
@@ -114,26 +98,25 @@ TEST(MapScene, FacesBetweenVoxelsAreLeftOut) {
 TEST(MapScene, FrustaLookWhereTheCameraLooks) {
   MapResult map = MakeWallMap();
   map.keyframes.resize(1);
-  SceneOptions options;
-  options.frustum_m = 2;
-  const Vertices frustum = MakeScene(map, options).lines[2].vertices;
+  const Vertices frustum = MakeScene(map).keyframes.vertices;
   const Eigen::Vector3d camera = map.keyframes[0].T_world_imu.translation;
   for (std::size_t i = 0; i < frustum.size(); i += 4) {
     EXPECT_EQ(frustum.positions[i], camera);
-    EXPECT_NEAR(frustum.positions[i + 1].x() - camera.x(), 2, 1e-9);  // along +x, where it looks
-    EXPECT_NEAR(std::abs(frustum.positions[i + 1].y()), 2, 1e-9);     // 90 degrees wide
-    EXPECT_NEAR(std::abs(frustum.positions[i + 1].z() - 1), 1.5, 1e-9);
+    EXPECT_NEAR(frustum.positions[i + 1].x() - camera.x(), 0.2, 1e-9);  // along +x, where it looks
+    EXPECT_NEAR(std::abs(frustum.positions[i + 1].y()), 0.2, 1e-9);     // 90 degrees wide
+    EXPECT_NEAR(std::abs(frustum.positions[i + 1].z() - 1), 0.15, 1e-9);
   }
 }
 
 TEST(MapScene, NearKeyframesAndGapsInTimeAreLeftOut) {
   MapResult map = MakeWallMap();
-  SceneOptions options;
-  options.frustum_spacing_m = 1.5;
+  StampedPose near = map.keyframes[0];
+  near.T_world_imu.translation.x() += 0.4;
+  map.keyframes.insert(map.keyframes.begin() + 1, near);
   map.trajectory.erase(map.trajectory.begin() + 20, map.trajectory.begin() + 30);
-  const MapScene scene = MakeScene(map, options);
-  EXPECT_EQ(scene.lines[2].edges.size(), 3u * 8);  // at 0, 2 and 4 m
-  EXPECT_EQ(scene.lines[1].edges.size(), 39u);     // 41 poses in two pieces
+  const MapScene scene = MakeScene(map);
+  EXPECT_EQ(scene.keyframes.edges.size(), 6u * 8);
+  EXPECT_EQ(scene.trajectory.edges.size(), 39u);  // 41 poses in two pieces
 }
 
 Trajectory Poses(int count, int64_t step_ns) {
@@ -142,14 +125,14 @@ Trajectory Poses(int count, int64_t step_ns) {
   return poses;
 }
 
-TEST(TrajectoryGap, IsAsGivenWherePosesAreDenseAndLongerWhereTheyAreRare) {
+TEST(TrajectoryGap, IsHalfASecondWherePosesAreDenseAndLongerWhereTheyAreRare) {
   Trajectory rare = Poses(40, 1'000'000'000);
-  EXPECT_EQ(TrajectoryGap_s(Poses(40, 50'000'000), 0.5), 0.5);
-  EXPECT_DOUBLE_EQ(TrajectoryGap_s(rare, 0.5), 4);
+  EXPECT_EQ(TrajectoryGap_s(Poses(40, 50'000'000)), 0.5);
+  EXPECT_DOUBLE_EQ(TrajectoryGap_s(rare), 4);
   rare.back().stamp_ns += 60'000'000'000;  // one long gap is still one
-  EXPECT_DOUBLE_EQ(TrajectoryGap_s(rare, 0.5), 4);
-  EXPECT_EQ(TrajectoryGap_s({}, 0.5), 0.5);
-  EXPECT_EQ(TrajectoryGap_s(Poses(1, 1), 0.5), 0.5);
+  EXPECT_DOUBLE_EQ(TrajectoryGap_s(rare), 4);
+  EXPECT_EQ(TrajectoryGap_s({}), 0.5);
+  EXPECT_EQ(TrajectoryGap_s(Poses(1, 1)), 0.5);
 }
 
 MapLine LineAt(double height_m, LineAxis axis, LineKind kind) {

@@ -1,5 +1,3 @@
-#include "export/sfm/text_models.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,8 @@
 
 #include "data/core/error.h"
 #include "data/io/file.h"
+#include "export/export.h"
+#include "export/scene/formats.h"
 #include "export/sfm/model.h"
 #include "mapping/map/map.h"
 #include "tests/testing/hand_made_building.h"
@@ -81,7 +81,7 @@ class TextModelsTest : public ::testing::Test {
 
 TEST_F(TextModelsTest, ColmapProjectsPointsToWhereTheRigDoes) {
   const MapResult map = MakeMapWithCameras();
-  ColmapWriter().Write(temp_.Path(), map, {});
+  WriteColmap("", {}, temp_.Path(), map);
   const std::vector<std::string> cameras = CollectRows(temp_.Path("colmap/cameras.txt"));
   ASSERT_EQ(cameras.size(), 2u);
   EXPECT_EQ(cameras[0],
@@ -151,13 +151,13 @@ class ColmapTest : public TextModelsTest {
 };
 
 TEST_F(ColmapTest, ReadsTheModel) {
-  ColmapWriter().Write(temp_.Path(), MakeSeenMap(), {});
+  WriteColmap("", {}, temp_.Path(), MakeSeenMap());
   const std::string text = Colmap("model_analyzer --path " + model_);
   for (const char* found : {"Cameras: 2", "Images: 4", "Registered images: 4", "Points: 3",
                             "Observations: 12", "Mean track length: 4.0", "error: 0.200000px"}) {
     EXPECT_THAT(text, HasSubstr(found));
   }
-  ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});  // without tracks
+  WriteColmap("", {}, temp_.Path(), MakeMapWithCameras());  // without tracks
   EXPECT_THAT(Colmap("model_analyzer --path " + model_), HasSubstr("Points: 2"));
 }
 
@@ -170,7 +170,7 @@ TEST_F(ColmapTest, AdjustsTheModel) {
         {{9 + std::sin(3 * angle), 2 * std::cos(angle), 2 * std::sin(angle)}, 0.01, 3, {}});
     SeeFeature(i, 0, map.points.back().p_world, kNoise_px, &map);
   }
-  ColmapWriter().Write(temp_.Path(), map, {});
+  WriteColmap("", {}, temp_.Path(), map);
   const std::string adjusted = temp_.Path("adjusted");
   std::filesystem::create_directory(adjusted);
   const std::string text = Colmap(
@@ -229,7 +229,7 @@ TEST_F(TextModelsTest, ImagesAreNamedByTheCamerasThatWereUsed) {
 }
 
 TEST_F(TextModelsTest, LimapHoldsTheLines) {
-  LimapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
+  WriteLimap(temp_.Path(), MakeMapWithCameras());
   const std::vector<std::string> tracks = CollectRows(temp_.Path("limap/alltracks.txt"));
   ASSERT_EQ(tracks.size(), 1 + 3 * 5u);
   EXPECT_EQ(tracks[0], "3");
@@ -258,7 +258,7 @@ MapResult MakeSupportedMap() {
 }
 
 TEST_F(TextModelsTest, LimapHoldsTheSupports) {
-  LimapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
+  WriteLimap(temp_.Path(), MakeSupportedMap());
   const std::vector<std::string> tracks = CollectRows(temp_.Path("limap/alltracks.txt"));
   ASSERT_EQ(tracks.size(), 1 + 4 * 5u);
   EXPECT_EQ(tracks[1], "0 3 3");
@@ -276,7 +276,7 @@ TEST_F(TextModelsTest, LimapHoldsTheSupports) {
   EXPECT_THAT(rows[1], ::testing::EndsWith(" 1 1 1 100.50 20.50 130.50 40.50"));
   EXPECT_THAT(rows[2], ::testing::EndsWith(" 0"));
   // What limap's tracks refer to is in COLMAP's model.
-  ColmapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
+  WriteColmap("", {}, temp_.Path(), MakeSupportedMap());
   const std::vector<std::string> images = CollectRows(temp_.Path("colmap/images.txt"));
   ASSERT_EQ(images.size(), 12u);
   EXPECT_THAT(images[6], ::testing::StartsWith("4 "));
@@ -302,7 +302,7 @@ MapResult MapOfSmallSequence(const testing::TempFolder& temp) {
 TEST(RectifiedImages, AreWrittenUnderTheirNamesInTheModel) {
   const testing::TempFolder temp;
   const MapResult map = MapOfSmallSequence(temp);
-  const auto paths = ColmapWriter({.images = "rectified"}).Write(temp.Path("out"), map, {});
+  const auto paths = WriteColmap("rectified", {}, temp.Path("out"), map);
   EXPECT_EQ(paths.size(), 3u + 4);
   for (const ModelImage& image : ModelImages(map)) {
     const cv::Mat rectified =
@@ -332,15 +332,16 @@ TEST(RectifiedImages, AreWrittenUnderTheirNamesInTheModel) {
 TEST(RectifiedImages, ARecordingThatIsMissingOrAnotherIsNamed) {
   const testing::TempFolder temp;
   MapResult map = MapOfSmallSequence(temp);
-  const ColmapWriter writer({.images = "rectified"});
   map.keyframes[0].stamp_ns += 1'000'000'000'000;
   map.keyframes[1].stamp_ns += 1'000'000'000'000;
-  EXPECT_THAT([&] { writer.Write(temp.Path("out"), map, {}); },
+  EXPECT_THAT([&] { WriteColmap("rectified", {}, temp.Path("out"), map); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("found none of the 4 images")));
   map.source.sequence = temp.Path("moved");
-  EXPECT_THAT([&] { writer.Write(temp.Path("out"), map, {}); },
+  EXPECT_THAT([&] { WriteColmap("rectified", {}, temp.Path("out"), map); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("--sequence names where it moved to")));
-  EXPECT_THROW(ColmapOptions{.images = "raw"}.Check(), ConfigError);
+  ExportOptions raw;
+  raw.colmap_images = "raw";
+  EXPECT_THROW(CheckFormats(raw), ConfigError);
 }
 
 }  // namespace

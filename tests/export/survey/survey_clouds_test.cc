@@ -10,8 +10,8 @@
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "export/export.h"
+#include "export/scene/formats.h"
 #include "export/survey/survey_points.h"
-#include "export/survey/survey_writers.h"
 #include "tests/export/web/room_map.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/node_reader.h"
@@ -69,9 +69,10 @@ std::vector<SurveyPoint> ExpectedPoints(const MapResult& map) {
 
 class SurveyCloudTest : public ::testing::Test {
  protected:
-  std::string Write(const MapWriter& writer, const MapResult& map) const {
-    return writer.Write(temp_.Path(), map, {}).at(0);
+  std::string Las(const MapResult& map, const std::string& version = "1.2") const {
+    return WriteLas(version, temp_.Path(), map).at(0);
   }
+  std::string E57(const MapResult& map) const { return WriteE57(temp_.Path(), map).at(0); }
 
   testing::TempFolder temp_;
 };
@@ -81,8 +82,7 @@ class LasTest : public SurveyCloudTest, public ::testing::WithParamInterface<con
 TEST_P(LasTest, OthersReadAllPointsWithAllTheyHave) {
   if (!testing::HasNodeReader("copc")) GTEST_SKIP() << testing::NodeReaderMissing("copc");
   const MapResult map = MakePlacedMap();
-  const auto [text, status] =
-      testing::RunNodeReader("read_las.mjs", Write(LasWriter({GetParam()}), map));
+  const auto [text, status] = testing::RunNodeReader("read_las.mjs", Las(map, GetParam()));
   ASSERT_EQ(status, 0) << text;
   EXPECT_THAT(text, HasSubstr(std::string("file ") + GetParam()));
   const std::vector<SurveyPoint> expected = ExpectedPoints(map);
@@ -107,19 +107,19 @@ TEST_F(SurveyCloudTest, FilesNameTheGrid) {
   const MapResult map = MakePlacedMap();
   // GeoTIFF's key 3072 (ProjectedCSType) with 25832.
   const std::string key("\x00\x0c\x00\x00\x01\x00\xe8\x64", 8);
-  EXPECT_THAT(ReadFile(Write(LasWriter(), map)), HasSubstr(key));
+  EXPECT_THAT(ReadFile(Las(map)), HasSubstr(key));
   const std::string wkt = "PROJCS[\"ETRS89 / UTM zone 32N\"";
-  EXPECT_THAT(ReadFile(Write(LasWriter({"1.4"}), map)), HasSubstr(wkt));
-  EXPECT_THAT(ReadFile(Write(E57Writer(), map)), HasSubstr(EscapeMarkup(wkt)));
+  EXPECT_THAT(ReadFile(Las(map, "1.4")), HasSubstr(wkt));
+  EXPECT_THAT(ReadFile(E57(map)), HasSubstr(EscapeMarkup(wkt)));
   const MapResult nowhere = testing::MakeRoomMap();
-  EXPECT_THAT(ReadFile(Write(LasWriter(), nowhere)), Not(HasSubstr("LASF_Projection")));
-  EXPECT_THAT(ReadFile(Write(LasWriter({"1.4"}), nowhere)), HasSubstr("LOCAL_CS[\"building"));
+  EXPECT_THAT(ReadFile(Las(nowhere)), Not(HasSubstr("LASF_Projection")));
+  EXPECT_THAT(ReadFile(Las(nowhere, "1.4")), HasSubstr("LOCAL_CS[\"building"));
 }
 
 TEST_F(SurveyCloudTest, OthersReadE57) {
   if (!testing::HasNodeReader("web-e57")) GTEST_SKIP() << testing::NodeReaderMissing("web-e57");
   const MapResult map = MakePlacedMap();
-  const auto [text, status] = testing::RunNodeReader("read_e57.mjs", Write(E57Writer(), map));
+  const auto [text, status] = testing::RunNodeReader("read_e57.mjs", E57(map));
   ASSERT_EQ(status, 0) << text;
   EXPECT_THAT(Rows(text, "scan"), ElementsAre(ElementsAre(400), ElementsAre(50), ElementsAre(4)));
   const std::vector<SurveyPoint> expected = ExpectedPoints(map);
@@ -139,7 +139,7 @@ TEST_F(SurveyCloudTest, LargeE57IsReadToItsEnd) {
   if (!testing::HasNodeReader("web-e57")) GTEST_SKIP() << testing::NodeReaderMissing("web-e57");
   MapResult map = testing::MakeRoomMap({.lines = 12, .dense_points = 10001});
   map.points.clear();
-  const auto [text, status] = testing::RunNodeReader("read_e57.mjs", Write(E57Writer(), map));
+  const auto [text, status] = testing::RunNodeReader("read_e57.mjs", E57(map));
   ASSERT_EQ(status, 0) << text.substr(0, 1000);
   const std::vector<std::vector<double>> points = Rows(text, "point");
   ASSERT_EQ(points.size(), 10001u);
@@ -154,8 +154,7 @@ TEST_F(SurveyCloudTest, AReaderOfTheStandardReadsAllOfE57) {
   }
   const std::string reader = SLCMAP_SOURCE_DIR "/tests/readers/read_e57.py";
   const MapResult map = MakePlacedMap();
-  const std::string text =
-      testing::OutputOf(python + " '" + reader + "' '" + Write(E57Writer(), map) + "'");
+  const std::string text = testing::OutputOf(python + " '" + reader + "' '" + E57(map) + "'");
   EXPECT_EQ(Rows(text, "point").size(), ExpectedPoints(map).size());
   EXPECT_THAT(text, HasSubstr("nor:normalX"));
   EXPECT_THAT(text, HasSubstr("slc:sigma"));
@@ -163,11 +162,11 @@ TEST_F(SurveyCloudTest, AReaderOfTheStandardReadsAllOfE57) {
 
 TEST_F(SurveyCloudTest, AMapWithoutPointsMakesFilesToo) {
   if (testing::HasNodeReader("copc")) {
-    const auto las = testing::RunNodeReader("read_las.mjs", Write(LasWriter(), {}));
+    const auto las = testing::RunNodeReader("read_las.mjs", Las({}));
     EXPECT_THAT(las.text, HasSubstr("file 1.2 2 0 0 0 0 0 0 0"));
     EXPECT_EQ(las.status, 0) << las.text;
   }
-  EXPECT_THAT(ReadFile(Write(E57Writer(), {})), HasSubstr("</e57Root>"));
+  EXPECT_THAT(ReadFile(E57({})), HasSubstr("</e57Root>"));
 }
 
 TEST_F(SurveyCloudTest, WhatCannotBeWrittenIsTold) {
@@ -181,9 +180,10 @@ TEST_F(SurveyCloudTest, WhatCannotBeWrittenIsTold) {
     EXPECT_FALSE(std::filesystem::exists(temp_.Path("out")));
   }
   map.dense[7].p_world.x() = 1e6;
-  EXPECT_THAT([&] { Write(LasWriter(), map); },
-              ThrowsMessage<DataError>(HasSubstr("at most 214748 m from")));
-  EXPECT_THAT([&] { LasOptions{"1.3"}.Check(); },
+  EXPECT_THAT([&] { Las(map); }, ThrowsMessage<DataError>(HasSubstr("at most 214748 m from")));
+  ExportOptions of_no_version;
+  of_no_version.las_version = "1.3";
+  EXPECT_THAT([&] { CheckFormats(of_no_version); },
               ThrowsMessage<ConfigError>(HasSubstr("1.2 or 1.4")));
 }
 

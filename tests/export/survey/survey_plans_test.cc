@@ -7,7 +7,7 @@
 
 #include "data/core/error.h"
 #include "data/io/json.h"
-#include "export/survey/survey_writers.h"
+#include "export/scene/formats.h"
 #include "mapping/plan/plan_files.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/reader_program.h"
@@ -23,10 +23,6 @@ using ::testing::ThrowsMessage;
 
 class SurveyPlanTest : public ::testing::Test {
  protected:
-  std::vector<std::string> Write(const MapWriter& writer, const MapResult& map) const {
-    return writer.Write(temp_.Path(), map, {});
-  }
-
   // A layer as GDAL reads it, as CSV without quotes, the geometry first.
   std::string Csv(const std::string& file, const std::string& layer) const {
     std::string csv = testing::OutputOf("ogr2ogr -f CSV /vsistdout/ '" + file + "' " + layer +
@@ -43,7 +39,7 @@ TEST_F(SurveyPlanTest, GdalReadsAllLayersOfAGeoPackage) {
   MapResult map = testing::MakeTwoStoreys();
   map.building.rooms[0].name = "Kitchen; \"old\"";
   map.building.walls[0].openings[1].name = "W 7";
-  const std::string path = Write(GeoPackageWriter(), map).at(0);
+  const std::string path = WriteGeoPackage(temp_.Path(), map).at(0);
   const std::string walls = Csv(path, "walls");
   EXPECT_THAT(walls, HasSubstr("WKT;storey;id;thickness_m;thickness_assumed;height_m;sigma_m"));
   // Between its doorway, its window and its passage; 2.7 m high.
@@ -74,7 +70,7 @@ TEST_F(SurveyPlanTest, APlacedPlanLiesInItsGrid) {
   SLCMAP_NEEDS_READER("ogr2ogr");
   MapResult map = testing::MakeTwoStoreys();
   map.source.georeference = Georeference{"EPSG:25832", {451200, 5411300, 312}, 0.5 * M_PI, 1};
-  const std::string path = Write(GeoPackageWriter(), map).at(0);
+  const std::string path = WriteGeoPackage(temp_.Path(), map).at(0);
   EXPECT_THAT(testing::OutputOf("ogrinfo -so '" + path + "' walls"), HasSubstr("UTM zone 32N"));
   EXPECT_THAT(Csv(path, "rooms"), HasSubstr("451200 5411308"));
   EXPECT_THAT(Csv(path, "rooms"), HasSubstr(";47;311.5;2.7;")) << "heights too";
@@ -84,7 +80,7 @@ TEST_F(SurveyPlanTest, APlacedPlanLiesInItsGrid) {
 TEST_F(SurveyPlanTest, GeoJsonOfAPlacedPlanIsInDegrees) {
   MapResult map = testing::MakeTwoStoreys();
   map.source.georeference = Georeference{"EPSG:25832", {451200, 5411300, 312}, 0, 1};
-  const std::string path = Write(GeoJsonWriter(), map).at(0);
+  const std::string path = WriteGeoJson(temp_.Path(), map).at(0);
   const Json plan = Json::parse(ReadFile(path));
   EXPECT_FALSE(plan.contains("crs"));
   const auto& room = *std::ranges::find_if(plan.at("features"), [](const Json& feature) {
@@ -101,12 +97,12 @@ TEST_F(SurveyPlanTest, GeoJsonOfAPlacedPlanIsInDegrees) {
 TEST_F(SurveyPlanTest, AGridOfAnotherPlaceIsTold) {
   MapResult map = testing::MakeTwoStoreys();
   map.source.georeference = Georeference{"EPSG:25832", {1e30, 5411300, 312}, 0, 1};
-  EXPECT_THAT([&] { Write(GeoJsonWriter(), map); },
+  EXPECT_THAT([&] { WriteGeoJson(temp_.Path(), map); },
               ThrowsMessage<DataError>(HasSubstr("EPSG:25832 does not reach")));
 }
 
 TEST_F(SurveyPlanTest, GeoJsonIsAFileAStorey) {
-  const std::vector<std::string> paths = Write(GeoJsonWriter(), testing::MakeTwoStoreys());
+  const std::vector<std::string> paths = WriteGeoJson(temp_.Path(), testing::MakeTwoStoreys());
   EXPECT_THAT(paths,
               ElementsAre(EndsWith("plan/storey_0.geojson"), EndsWith("plan/storey_1.geojson")));
   const Json below = Json::parse(ReadFile(paths[0]));
@@ -116,12 +112,12 @@ TEST_F(SurveyPlanTest, GeoJsonIsAFileAStorey) {
   }
   EXPECT_EQ(counts,
             (std::map<std::string, int>{{"wall", 3}, {"room", 1}, {"opening", 3}, {"line", 2}}));
-  EXPECT_THAT(Write(GeoJsonWriter(), {}), ElementsAre(EndsWith("plan/no_storey.geojson")));
+  EXPECT_THAT(WriteGeoJson(temp_.Path(), {}), ElementsAre(EndsWith("plan/no_storey.geojson")));
 }
 
 TEST_F(SurveyPlanTest, GdalReadsGeoJson) {
   SLCMAP_NEEDS_READER("ogr2ogr");
-  const std::string path = Write(GeoJsonWriter(), testing::MakeTwoStoreys()).at(0);
+  const std::string path = WriteGeoJson(temp_.Path(), testing::MakeTwoStoreys()).at(0);
   const std::string text = testing::OutputOf("ogrinfo -al '" + path + "'");
   EXPECT_THAT(text, HasSubstr("Feature Count: 9"));
   EXPECT_THAT(text, HasSubstr("POLYGON ((0 0,8 0,8 6,0 6,0 0),(3 2,3 3,4 3,4 2,3 2))"));
@@ -132,7 +128,7 @@ TEST_F(SurveyPlanTest, GdalReadsGeoJson) {
 
 // Rooms and lines are no walls, and doors stay open.
 TEST_F(SurveyPlanTest, AnExportedStoreyIsAPlanToRegisterIn) {
-  const std::string path = Write(GeoJsonWriter(), testing::MakeTwoStoreys()).at(0);
+  const std::string path = WriteGeoJson(temp_.Path(), testing::MakeTwoStoreys()).at(0);
   const std::vector<BuildingPlan> plans = ReadPlans(path, 0);
   ASSERT_EQ(plans.size(), 1u);
   EXPECT_EQ(plans[0].openings.size(), 3u);
@@ -146,7 +142,7 @@ TEST_F(SurveyPlanTest, AnExportedStoreyIsAPlanToRegisterIn) {
 TEST_F(SurveyPlanTest, NumbersThatAreNoneAreTold) {
   MapResult map = testing::MakeTwoStoreys();
   map.lines[1].end_world.z() = std::numeric_limits<double>::infinity();
-  EXPECT_THAT([&] { Write(GeoJsonWriter(), map); },
+  EXPECT_THAT([&] { WriteGeoJson(temp_.Path(), map); },
               ThrowsMessage<DataError>(HasSubstr("map: lines: found a number that is not finite")));
 }
 

@@ -1,11 +1,10 @@
-#include "export/web/gltf_writer.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
 #include <set>
 
+#include "export/scene/formats.h"
 #include "tests/export/web/glb_positions.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/node_reader.h"
@@ -22,10 +21,8 @@ class GltfWriterTest : public ::testing::Test {
  protected:
   tinygltf::Model Write(const MapResult& map, const GltfOptions& options = {},
                         int max_vertices = 1000000) const {
-    SceneOptions scene;
-    scene.max_vertices = max_vertices;
-    GltfWriter(std::make_shared<SceneOfMap>(scene), max_vertices, options)
-        .Write(temp_.Path(), map, {});
+    WriteGlb(options, max_vertices, std::make_shared<SceneOfMap>(max_vertices), nullptr,
+             temp_.Path(), map);
     tinygltf::Model model;
     std::string error, warning;
     EXPECT_TRUE(

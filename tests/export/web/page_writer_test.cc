@@ -11,7 +11,6 @@
 #include <random>
 
 #include "data/core/error.h"
-#include "export/web/page_data.h"
 #include "tests/export/web/room_map.h"
 #include "tests/testing/forward_rig.h"
 #include "tests/testing/memory_source.h"
@@ -211,7 +210,7 @@ std::string Inflated(const std::string& compressed, size_t expected_bytes) {
 
 TEST(MakePage, TheMapTakesThePlaceOfTheMark) {
   const MapResult map = MakeRoomMap();
-  const std::string page = MakePage(map, "<before>@SLCMAP_MAP@<after>", {.title = "title"});
+  const std::string page = MakePage(map, "<before>@SLCMAP_MAP@<after>", "title");
   ASSERT_TRUE(page.starts_with("<before>") && page.ends_with("<after>"));
   const std::string expected = PackForPage(map, "title");
   EXPECT_EQ(Inflated(FromBase64(page.substr(8, page.size() - 8 - 7)), expected.size()), expected);
@@ -226,26 +225,20 @@ TEST(MakePage, HoldsAllOfWhatDoesNotCompress) {
   }
   const std::vector<PageImage> images = {{1, bytes}};
   const MapResult map = MakeRoomMap();
-  const std::string page = MakePage(map, "@SLCMAP_MAP@", {.title = "title"}, images);
+  const std::string page = MakePage(map, "@SLCMAP_MAP@", "title", images);
   const std::string expected = PackForPage(map, "title", images);
   EXPECT_TRUE(Inflated(FromBase64(page), expected.size()) == expected);
 }
 
-TEST(MakePage, WrongTemplatesAndOptionsAreNamed) {
-  const auto message = [](const std::string& page, const PageOptions& options = {}) {
-    return MessageOf<ConfigError>([&] { MakePage({}, page, options); });
+TEST(MakePage, WrongTemplatesAreNamed) {
+  const auto message = [](const std::string& page) {
+    return MessageOf<ConfigError>([&] { MakePage({}, page, ""); });
   };
   EXPECT_EQ(message("@SLCMAP_MAP@"), "") << "of an empty map too";
   EXPECT_THAT(message("<html>"), HasSubstr("without the mark @SLCMAP_MAP@"));
   EXPECT_THAT(message("@SLCMAP_MAP@ @SLCMAP_MAP@"), HasSubstr("several"));
-  EXPECT_THAT(message("@SLCMAP_MAP@", {.title = "", .compression = 10}),
-              HasSubstr("compression: found 10"));
-  EXPECT_THAT(MessageOf<ConfigError>([] { PageImageOptions{.most = 0}.Check(); }),
-              HasSubstr("most: found 0"));
-  EXPECT_THAT(MessageOf<ConfigError>([] { PageImageOptions{.quality = 101}.Check(); }),
-              HasSubstr("quality: found 101"));
   const Progress stop([](double) { return false; });
-  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, {}, stop), StoppedError);
+  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", "", {}, stop), StoppedError);
 }
 
 // Keyframes at rest, ten a second.

@@ -1,5 +1,3 @@
-#include "export/web/tiles_writer.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
@@ -14,6 +12,7 @@
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/json.h"
+#include "export/scene/formats.h"
 #include "export/web/cloud_tiles.h"
 #include "export/web/page_writer.h"
 #include "tests/export/web/glb_positions.h"
@@ -250,7 +249,7 @@ TEST_F(CloudTiles, WhatIsNotFiniteIsRefused) {
 class TilesWriterTest : public ::testing::Test {
  protected:
   void Write(const MapResult& map, const std::string& page = "") {
-    paths_ = TilesWriter({page}).Write(folder_.Path(), map, {});
+    paths_ = WriteTiles(page, folder_.Path(), map);
     if (!paths_.empty())
       tileset_ = Json::parse(testing::ReadText(folder_.Path("tiles/tileset.json")));
   }

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "data/io/file.h"
+#include "export/scene/formats.h"
 #include "export/web/page_writer.h"
-#include "export/web/tiles_writer.h"
 #include "tests/export/web/room_map.h"
 
 namespace {
@@ -47,11 +47,11 @@ int main(int argc, char** argv) {
   try {
     const MapResult map = slcmap::testing::MakeRoomMap(size);
     if (what == "--tiles") {
-      TilesWriter({ReadFile(argv[1])}).Write(argv[2], map, {});
+      WriteTiles(ReadFile(argv[1]), argv[2], map);
       return 0;
     }
     const auto images = what == "--images" ? Images(map) : std::vector<PageImage>();
-    WriteFile(argv[2], MakePage(map, ReadFile(argv[1]), {.title = "A made room"}, images));
+    WriteFile(argv[2], MakePage(map, ReadFile(argv[1]), "A made room", images));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

@@ -1,39 +1,16 @@
-// The formats that a map can be written in, and what all their files say of where it lies.
+// Where maps lie in a grid: what all files can say.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "data/core/coordinate_system.h"
 #include "data/core/math.h"
-#include "data/core/progress.h"
 #include "mapping/map/map.h"
 
 namespace slcmap::inline exporting {
-
-// Writes maps in one format.
-class MapWriter {
- public:
-  virtual ~MapWriter() = default;
-
-  virtual std::string Format() const = 0;  // as named on the command line, such as "dxf"
-
-  // False: only where it is asked for by its name, as it needs more than the map.
-  virtual bool IsWrittenByDefault() const { return true; }
-
-  // All that it may write into a folder: names of files, and of folders of its own.
-  virtual std::vector<std::string> Names() const = 0;
-
-  // Writes files into an existing folder and returns their paths. Throws OutputError, and
-  // StoppedError when progress says so.
-  virtual std::vector<std::string> Write(const std::string& folder, const MapResult& map,
-                                         const Progress& progress) const = 0;
-};
-
-// Where maps lie in a grid: what files can say.
 
 // Whether a map is only shifted, as poses that were given far from their origin are: it keeps the
 // axes of a grid that others share.
