@@ -15,8 +15,8 @@
 #include <malloc.h>
 #endif
 
-#include "apps/commands/check.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/odometry_stage.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
 #include "data/version.h"

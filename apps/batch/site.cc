@@ -1,5 +1,3 @@
-#include "apps/batch/site.h"
-
 #include <glob.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
@@ -13,6 +11,7 @@
 #include <set>
 #include <tuple>
 
+#include "apps/batch/workflow.h"
 #include "data/bag/bag.h"
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"

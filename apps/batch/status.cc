@@ -1,10 +1,9 @@
-#include "apps/batch/status.h"
-
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
 
+#include "apps/batch/workflow.h"
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 

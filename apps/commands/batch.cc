@@ -8,8 +8,6 @@
 #include <memory>
 #include <thread>
 
-#include "apps/batch/results.h"
-#include "apps/batch/status.h"
 #include "apps/batch/workflow.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
@@ -126,8 +124,7 @@ std::string JobLog(const std::string& folder, const std::string& job) {
 }
 
 bool HasMark(const std::string& folder, const std::string& job) {
-  std::error_code error;
-  return fs::exists(MarkPath(folder, job), error);
+  return Exists(MarkPath(folder, job));
 }
 
 // Snakemake does what has no mark, and what comes behind that. Returns how many jobs are to be
@@ -189,7 +186,7 @@ std::vector<std::string> SnakemakeArguments(const std::string& folder,
 
 int RunSnakemake(const std::string& folder, const Workflow& workflow,
                  const BatchArguments& arguments) {
-  ProgressBar bar("batch", ProgressBar::Elsewhere::kTenths);
+  ProgressBar bar("batch");
   ChildProcess child{"snakemake", SnakemakeArguments(folder, arguments), "", {}, true};
   if (!arguments.dry_run) {
     child.log_path = folder + "/workflow/snakemake.log";
@@ -208,10 +205,9 @@ int RunSnakemake(const std::string& folder, const Workflow& workflow,
 // with what there is. False where there are none.
 bool GiveUpKilledJobs(const std::string& folder, const Workflow& workflow) {
   bool is_any = false;
-  std::error_code error;
   for (const Job& job : workflow.jobs) {
     const std::string log = JobLog(folder, job.name);
-    if (HasMark(folder, job.name) || !fs::exists(log, error)) continue;
+    if (HasMark(folder, job.name) || !Exists(log)) continue;
     const std::string last = LastLine(log);
     JobResult result;
     result.reason = "its job ended without a result" + (last.empty() ? "" : ": " + last);

@@ -8,12 +8,10 @@
 #include <map>
 #include <thread>
 
-#include "apps/batch/results.h"
-#include "apps/batch/site.h"
 #include "apps/batch/workflow.h"
-#include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
 #include "apps/commands/place_stage.h"
 #include "apps/commands/progress.h"

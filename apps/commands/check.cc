@@ -1,5 +1,5 @@
 // slcmap check: what is wrong with a recorded sequence, and what to do about it.
-#include "apps/commands/check.h"
+#include "data/check/check.h"
 
 #include <spdlog/spdlog.h>
 
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
-#include "data/check/check.h"
 #include "data/core/error.h"
 #include "data/source/recorded_source.h"
 

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -166,6 +167,11 @@ void AddCommands(CLI::App& app) {
   RefuseEmptyValues(app);
 }
 
+bool Exists(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
+
 void LogWarnings(const Warnings& warnings) {
   for (const auto& [kind, entry] : warnings.entries()) {
     spdlog::warn("{}: {}, first {}", Warnings::InWords(kind), entry.count, entry.first_place);
@@ -188,21 +194,9 @@ constexpr Mark kMarks[] = {{"run.json", FolderKind::kRun},  {"journal", FolderKi
                            {"map.json", FolderKind::kMap},  {"mav0", FolderKind::kSequence},
                            {"cam0", FolderKind::kSequence}, {"imu0", FolderKind::kSequence}};
 
-bool Exists(const std::string& path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error);
-}
-
 const char* GetName(FolderKind kind) {
-  switch (kind) {
-    case FolderKind::kSequence:
-      return "a recorded sequence";
-    case FolderKind::kRun:
-      return "a run folder";
-    case FolderKind::kMap:
-      break;
-  }
-  return "a map folder";
+  return std::array{"a recorded sequence", "a run folder",
+                    "a map folder"}[static_cast<std::size_t>(kind)];
 }
 
 // Where a result of `run` holds the folder that was meant.

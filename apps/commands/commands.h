@@ -74,6 +74,9 @@ void AddHelpCommand(CLI::App& app);
 // takes a value.
 void RefuseEmptyValues(CLI::App& app);
 
+// Whether something is at a path; false where it cannot be told.
+bool Exists(const std::string& path);
+
 // Counts by kind, for commands that end with them.
 void LogWarnings(const Warnings& warnings);
 

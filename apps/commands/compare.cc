@@ -1,4 +1,5 @@
 // slcmap compare: methods against each other on the same sequences.
+#include <spdlog/fmt/chrono.h>
 #include <spdlog/spdlog.h>
 #include <sys/utsname.h>
 
@@ -16,7 +17,6 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/compare_runs.h"
-#include "apps/commands/external_maps.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
@@ -204,12 +204,7 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
   return sequence;
 }
 
-std::string Today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
-}
+std::string Today() { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr))); }
 
 // The processor, as Linux names it, and how many of them.
 std::string MachineName() {

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/commands/check.h"
 #include "apps/commands/child_process.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
+#include "apps/commands/odometry_stage.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
 #include "data/io/json.h"
@@ -52,8 +52,7 @@ std::string FormatOptions(const MethodToRun& method, int repeat) {
 // True where a stage has left a whole result: of a map also one that lacks what the recording does
 // not show. Throws DataError where its summary is damaged.
 bool IsFinished(const std::string& summary) {
-  std::error_code error;
-  if (!fs::exists(summary, error)) return false;
+  if (!Exists(summary)) return false;
   return ParseJsonFile(summary, [](const Json& json) {
     return json.at("complete").get<bool>() || !json.value("interrupted", true);
   });
@@ -73,10 +72,10 @@ bool IsKept(const std::string& folder, const char* summary,
     spdlog::warn("{}: found damaged what was kept from before: made anew", folder);
     spdlog::debug("{}", error.what());
   }
-  std::error_code error;
-  if (!fs::exists(folder, error)) return false;
+  if (!Exists(folder)) return false;
   // Of a comparison that was killed the stage may be at work still: that is an error.
   const InputLock nobody_writes(folder);
+  std::error_code error;
   fs::remove_all(folder, error);  // what stays, the stage says
   return false;
 }

@@ -1,11 +1,8 @@
 // slcmap georeference, and what other commands share with it.
-#include "apps/commands/control_stage.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 
 #include "apps/commands/commands.h"
@@ -149,8 +146,7 @@ void ControlStage::FindInMap(const MapResult& map, const std::string& folder,
     if (i == 0) given_rig_ = rig;
   }
   const std::string calibration = folder + "/calibration.yaml";
-  std::error_code error;
-  if (std::filesystem::exists(calibration, error)) {
+  if (Exists(calibration)) {
     Warnings of_no_imu;
     calibrated_rig_ = ReadKalibrCalibration(calibration, "", &of_no_imu).rig;
   }

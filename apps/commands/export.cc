@@ -185,8 +185,7 @@ void CheckOutput(const std::string& path, const std::string& map) {
 std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
                                               const ViewArguments& arguments) {
   const std::string& path = arguments.sequence.empty() ? map.source.sequence : arguments.sequence;
-  std::error_code error;
-  if (path.empty() || !std::filesystem::exists(path, error)) {
+  if (path.empty() || !Exists(path)) {
     throw DataError(fmt::format(
         "{}: --images: found no recording {}, expected the one that the map was made of "
         "(--sequence names where it moved to)",

@@ -9,11 +9,9 @@
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
-#include "apps/commands/check.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/control_stage.h"
+#include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
-#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/io/file.h"

@@ -1,26 +1,105 @@
-// The map stage as commands run it, a run folder in, a map folder out, and how maps are read.
+// The map stage as commands run it, a run folder in, a map folder out, on a plan and on control
+// points, and how maps are read.
 #pragma once
 
 #include <spdlog/spdlog.h>
 
+#include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "data/core/error.h"
+#include "data/core/progress.h"
 #include "data/io/output_folder.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
+#include "mapping/align/align_maps.h"
+#include "mapping/control/control_points.h"
 #include "mapping/map/map.h"
 #include "mapping/map/names.h"
 #include "mapping/options.h"
-
-namespace CLI {
-class App;
-}
+#include "mapping/plan/building_plan.h"
+#include "odometry/run/run.h"
 
 namespace slcmap::inline commands {
 
-class PlanStage;
-class ControlStage;
+// A rough place by the text X,Y,Z,YAW_DEG, or with two lengths X,Y,YAW_DEG; none of "". Throws
+// ConfigError, which names the option.
+std::optional<RoughStart> ParseStart(const std::string& option, size_t lengths,
+                                     const std::string& at);
+
+struct PlanArguments {
+  std::string plan;    // a file or a map folder; "": none
+  double pixel_m = 0;  // of an image; 0: not said
+  std::string at;      // about where the map's origin is, as --plan-at says it
+};
+
+// Adds --plan, --plan-pixel-m and --plan-at; `arguments` must outlive the parsing. Returns --plan.
+CLI::Option* AddPlanOptions(CLI::App& command, PlanArguments* arguments);
+
+// The plan is read before the work begins. A map that has no place in it is a map all the same: it
+// is kept, and what is wrong is said in the end.
+class PlanStage {
+ public:
+  // Throws ConfigError and DataError for a plan that is none.
+  explicit PlanStage(const PlanArguments& arguments);
+
+  // Puts the comparison into the map; nothing where no plan was given.
+  void Compare(const Progress& progress, MapResult* map);
+
+  // Throws DataError where the map had no place in the plan.
+  void RequirePlaced() const;
+
+ private:
+  const PlanArguments arguments_;
+  const std::optional<RoughStart> start_;  // of --plan-at
+  std::vector<BuildingPlan> plans_;
+  std::string fault_;
+};
+
+// A map on control points, as commands do it.
+
+struct ControlArguments {
+  std::string control, marks, crs;     // files, and a system's name; "": none
+  std::vector<std::string> distances;  // as --distance says them
+
+  std::vector<std::string> Files() const;
+};
+
+// Adds --control, --crs, --marks and --distance; `arguments` must outlive the parsing.
+void AddControlOptions(CLI::App& command, ControlArguments* arguments);
+
+// Points and marks are read before the work begins. A map that they do not place is a map all the
+// same: it is kept, and what is wrong is said in the end.
+class ControlStage {
+ public:
+  // Throws ConfigError and DataError for points, marks and systems that are none.
+  explicit ControlStage(const ControlArguments& arguments);
+
+  // Looks for tags in the images of a run that is to be mapped. Nothing where no points were
+  // given, or its recording is not there.
+  std::optional<Control> FindInRun(const OdometryRun& run, const std::string& sequence,
+                                   const Progress& progress);
+
+  // Looks for tags in the recordings of a map. `folder`: of the map, with its calibration.
+  void FindInMap(const MapResult& map, const std::string& folder, const std::string& sequence,
+                 const Progress& progress);
+
+  // Places the map by what was found, and logs how it lies.
+  void Place(MapResult* map);
+
+  // Throws DataError where the map has no place.
+  void RequirePlaced() const;
+
+ private:
+  bool IsWanted() const { return !control_.points.empty() || !control_.distances.empty(); }
+
+  Control control_;
+  Rig given_rig_;                      // of the recording
+  std::optional<Rig> calibrated_rig_;  // as the map has found it
+  std::string fault_;
+};
 
 // What --names brings: "" of none.
 class NamesFile {
@@ -59,8 +138,6 @@ auto ReadAccepting(bool accept_changed, Read read) {
 // accept_changed, throws DataError for files that are not as `map` wrote them, and for a map of
 // another run than that beside it.
 MapResult ReadMapToShow(const std::string& folder, bool accept_changed);
-
-// The map stage as commands run it: a run folder in, a map folder out.
 
 // The options of the section `mapping` of a YAML file; the defaults for "". Throws ConfigError.
 MappingOptions ReadMappingOptions(const std::string& config);

@@ -8,7 +8,6 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/place_stage.h"
-#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "data/core/error.h"
 #include "data/core/math.h"

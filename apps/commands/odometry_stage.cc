@@ -1,3 +1,4 @@
+// slcmap odometry: the motion of a rig from a recorded sequence.
 #include "apps/commands/odometry_stage.h"
 
 #include <spdlog/spdlog.h>
@@ -13,7 +14,6 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
-#include "apps/commands/check.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
@@ -134,7 +134,7 @@ class Feeder {
 
   // Until the end of the sequence, or Ctrl-C.
   void FeedAll() {
-    RecordingBar progress("odometry", static_cast<int64_t>(Stamps().size()));
+    ProgressBar progress("odometry");
     const int64_t first_ns = Stamps().front();
     while (!complete_ && !Interrupted()) {
       const std::optional<ReadPair> image = NextImage();
@@ -148,7 +148,8 @@ class Feeder {
       ++frames_;
       data_s_ = ToSeconds(image->stamp_ns - first_ns);
       while (Stamps()[position_] < image->stamp_ns) ++position_;
-      progress.Update(static_cast<int64_t>(position_) + 1, data_s_, path_.length_m());
+      progress.Update(static_cast<int64_t>(position_) + 1, std::ssize(Stamps()), data_s_,
+                      path_.length_m());
     }
     Take(odometry_.Finish());
   }
@@ -485,6 +486,20 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   WriteCalibration(arguments.write_calibration, run);
   if (run.states.empty()) RefuseFailed(arguments.run, run);
   return run;
+}
+
+void AddOdometryCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("odometry", "Estimate the motion of a recorded rig");
+  const auto arguments = std::make_shared<OdometryArguments>();
+  AddOdometryOptions(*command, arguments.get());
+  command->add_option("-o,--output", arguments->run, "Run folder to write")->required();
+  command->footer(
+      "Examples:\n  slcmap odometry MH_01_easy -o run\n"
+      "  slcmap odometry dataset-room1_512_16 -o run --method points --config tuning.yaml\n\n"
+      "Writes trajectory.tum (pose of the IMU body, a row an image), points.ply, lines.ply,\n"
+      "timings.json and what map reads. Ctrl-C ends with the results so far.\n\n" +
+      std::string(kVerdictHelp));
+  command->callback([arguments] { RefuseFailed(arguments->run, RunOdometryStage(*arguments)); });
 }
 
 }  // namespace slcmap::commands

@@ -1,5 +1,5 @@
-// Command-line options that commands share: how a recording is opened, how others write poses, and
-// those of odometry.
+// Command-line options that commands share: how a recording is opened, how others write poses,
+// those of odometry, and maps by other systems.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/commands/odometry_stage.h"
+#include "apps/maps/measured_map.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 
@@ -34,5 +35,25 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form);
 // --threads, --realtime, --force and --no-check;
 // `arguments` must outlive the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
+
+// Maps by other systems on the command line: which evaluate and compare measure.
+
+struct ExternalMapArguments {
+  std::vector<std::string> maps;  // NAME=PATH, or PATH
+  std::string truth;
+  double true_scale = 1;
+  std::vector<std::string> scales;  // NAME=S
+  bool as_they_are = false;
+};
+
+// Adds --maps, --true-map, --as-they-are, --map-scale and --true-scale; `arguments` must outlive
+// the parsing. Returns --maps.
+CLI::Option* AddExternalMapOptions(CLI::App& command, ExternalMapArguments* arguments);
+
+// What these name. Throws ConfigError.
+MapsToMeasure CollectMaps(const ExternalMapArguments& arguments);
+
+// The files and folders that are read.
+std::vector<std::string> CollectFiles(const MapsToMeasure& maps);
 
 }  // namespace slcmap::commands

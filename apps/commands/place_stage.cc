@@ -3,11 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <list>
 #include <map>
 #include <memory>
 
+#include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
 #include "data/core/math.h"
 #include "data/io/json.h"
@@ -131,8 +131,7 @@ AlignedPair ParsePair(const std::string& path, const Json& json) {
 class KeptPairs {
  public:
   explicit KeptPairs(std::string path) : path_(std::move(path)) {
-    std::error_code error;
-    if (path_.empty() || !std::filesystem::exists(path_, error)) return;
+    if (path_.empty() || !Exists(path_)) return;
     try {
       json_ = ParseJsonFile(path_, [&](const Json& json) {
         CheckFormat(path_, json, kPairsFormat, kPlacementVersion, kPlacementVersion);

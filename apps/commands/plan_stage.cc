@@ -1,6 +1,4 @@
 // slcmap register, and what other commands share with it.
-#include "apps/commands/plan_stage.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>

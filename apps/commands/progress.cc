@@ -86,12 +86,10 @@ void ProgressBar::ShowBar(double share, const std::string& text) {
   bar_shown_ = true;
 }
 
-RecordingBar::RecordingBar(std::string label, int64_t images)
-    : bar_(std::move(label), ProgressBar::Elsewhere::kTenths),
-      images_(std::max<int64_t>(images, 1)) {}
-
-void RecordingBar::Update(int64_t done, double data_s, double distance_m) {
-  bar_.Update(static_cast<double>(done) / static_cast<double>(images_), [&](double elapsed_s) {
+void ProgressBar::Update(int64_t done, int64_t images, double data_s, double distance_m) {
+  const double share =
+      static_cast<double>(done) / static_cast<double>(std::max<int64_t>(images, 1));
+  Update(share, [&](double elapsed_s) {
     return fmt::format("{:.0f} images/s  {:.1f} x real time  {:.1f} m",
                        static_cast<double>(done) / elapsed_s, data_s / elapsed_s, distance_m);
   });

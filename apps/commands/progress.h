@@ -16,7 +16,7 @@ class ProgressBar {
  public:
   enum class Elsewhere { kTenths, kSeldom };
 
-  ProgressBar(std::string label, Elsewhere elsewhere);
+  explicit ProgressBar(std::string label, Elsewhere elsewhere = Elsewhere::kTenths);
   ~ProgressBar();  // leaves the bar
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -24,6 +24,10 @@ class ProgressBar {
   // `share` of all is done, in [0, 1]; figures(elapsed_s), which is called where they are shown,
   // says more.
   void Update(double share, const std::function<std::string(double)>& figures = {});
+
+  // Of a command that goes through a recording: `done` of so many images, which cover data_s of it
+  // and distance_m of its path.
+  void Update(int64_t done, int64_t images, double data_s, double distance_m);
 
   // Ends the line of the bar; the next look begins another.
   void Leave();
@@ -39,19 +43,6 @@ class ProgressBar {
   std::chrono::steady_clock::time_point last_shown_;
   int next_tenth_ = 1;
   bool bar_shown_ = false;
-};
-
-// The bar of a command that goes through a recording.
-class RecordingBar {
- public:
-  RecordingBar(std::string label, int64_t images);
-
-  // `done` images so far, which cover data_s of the recording and distance_m of its path.
-  void Update(int64_t done, double data_s, double distance_m);
-
- private:
-  ProgressBar bar_;
-  const int64_t images_;
 };
 
 // Who is told by all bars how far they are, in [0, 1], instead of the terminal: in any thread, and

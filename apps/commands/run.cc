@@ -5,14 +5,11 @@
 #include <cstdio>
 #include <memory>
 
-#include "apps/commands/check.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/control_stage.h"
 #include "apps/commands/export.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
-#include "apps/commands/plan_stage.h"
 #include "apps/commands/progress.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
@@ -41,14 +38,6 @@ auto Timed(const char* name, Stage stage) {
   return result;
 }
 
-Trajectory OnlinePoses(const OdometryRun& run) {
-  Trajectory trajectory;
-  for (const OnlineState& state : run.states) {
-    trajectory.push_back({state.stamp_ns, state.T_world_imu});
-  }
-  return trajectory;
-}
-
 void PrintAccuracy(const char* name, const Trajectory& truth, const Trajectory& estimate,
                    const std::vector<int64_t>& image_stamps_ns) {
   try {
@@ -68,7 +57,7 @@ void PrintAccuracies(const std::string& sequence, const OdometryRun& run, const 
   const Trajectory truth = ReadTrajectory(truth_path);
   std::vector<int64_t> stamps_ns;  // of the part that was asked for
   for (const StereoEntry& images : run.source->images) stamps_ns.push_back(images.stamp_ns);
-  PrintAccuracy("online", truth, OnlinePoses(run), stamps_ns);
+  PrintAccuracy("online", truth, OnlinePoses(run.states), stamps_ns);
   PrintAccuracy("refined", truth, map.trajectory, stamps_ns);
 }
 

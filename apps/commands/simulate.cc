@@ -89,12 +89,12 @@ std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
 int SimulateFolder(const SimulateArguments& arguments, const std::string& output) {
   const SimulationOptions& options = arguments.simulation;
   const ProcessCost before = CostSoFar();
-  std::optional<RecordingBar> bar;
+  std::optional<ProgressBar> bar;
   const SimulationState summary = Simulate(
       options, [&](const RenderTask& task) { return MakeRenderer(arguments, task); },
       [&](const SimulationState& state) {
-        if (!bar) bar.emplace("simulating", state.planned_pairs);
-        bar->Update(state.pairs, state.data_s, state.distance_m);
+        if (!bar) bar.emplace("simulating");
+        bar->Update(state.pairs, state.planned_pairs, state.data_s, state.distance_m);
         return !Interrupted();
       },
       StageProgress);

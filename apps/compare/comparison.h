@@ -1,17 +1,73 @@
-// What a comparison of methods found, as its reports tell it.
+// What a comparison of methods found, as its reports tell it: figures, how they spread over
+// repeats, and who is best.
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "apps/compare/figures.h"
 #include "apps/evaluation/truth.h"
 #include "data/io/map_line.h"
 #include "data/io/trajectory.h"
 
 namespace slcmap::inline evaluation {
+
+// Titles of what figures tell of, in the order of the tables.
+inline constexpr const char* kFigureGroups[] = {"Trajectory, against the truth",
+                                                "Straightness, all with the same observations",
+                                                "Line map, against true edges", "Cost of odometry"};
+
+struct FigureInfo {
+  const char* key;    // in files; names the unit
+  const char* label;  // for people
+  const char* unit;
+  const char* group;  // of kFigureGroups
+  int digits;
+  const char* meaning;  // what it is of, as a sentence
+  bool less_is_better = true;
+  bool needs_truth = false;
+  bool in_table = true;  // of the terminal and the page; files hold all
+};
+
+// In the order of the tables.
+const std::vector<FigureInfo>& AllFigures();
+const FigureInfo& FindFigure(const std::string& key);  // throws std::out_of_range
+
+// Values by key; a figure that could not be measured is not in it.
+using Figures = std::map<std::string, double>;
+
+// Means of repeated runs with their spread, and which order of methods the spread bears.
+
+struct Spread {
+  int count = 0;
+  double mean = 0;
+  double deviation = 0;  // standard deviation of one run; 0 of fewer than two
+};
+Spread ComputeSpread(const std::vector<double>& values);
+
+// "12.3 +- 0.4"; without the second where there is none, and "-" without a run.
+std::string SpreadText(const Spread& spread, int digits);
+
+// True where a mean is below another by more than twice the standard error of their difference.
+// Two means of which one is of a single run are never told apart: nothing says how far it scatters.
+bool IsBelow(const Spread& a, const Spread& b);
+
+struct Ranked {
+  std::string name;
+  Spread spread;
+};
+
+// The index of the one that is better than every other, where the spread bears that.
+std::optional<size_t> FindBestMethod(const std::vector<Ranked>& methods, bool less_is_better);
+
+// The order in words, as far as the spread bears it: "slc before points and points-lines, points
+// before points-lines", or why there is none.
+std::string OrderInWords(const std::vector<Ranked>& methods, bool less_is_better);
+
+// The results.
 
 struct StageCost {
   std::string name;
@@ -52,9 +108,8 @@ struct Comparison {
   std::vector<SequenceResult> sequences;
 };
 
-// The figures that some method of a sequence has.
-std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGroup group,
-                                      bool in_table_only);
+// The figures of a table that some method of a sequence has.
+std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, const char* group);
 
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 std::string ComparisonCsv(const Comparison& comparison);    // a row a method and figure

@@ -132,13 +132,13 @@ std::string Cell(const SequenceResult& sequence, const MethodResult& method,
   return html + "</td>";
 }
 
-std::string Table(const SequenceResult& sequence, FigureGroup group) {
-  const std::vector<FigureInfo> figures = SelectFigures(sequence, group, true);
+std::string Table(const SequenceResult& sequence, const char* group) {
+  const std::vector<FigureInfo> figures = SelectFigures(sequence, group);
   if (figures.empty()) return "";
-  std::string html = "<h3>" + GroupTitle(group) + "</h3><div class=\"table\"><table><tr><th></th>";
+  std::string html = std::string("<h3>") + group + "</h3><div class=\"table\"><table><tr><th></th>";
   for (const FigureInfo& figure : figures) {
-    html += fmt::format("<th title=\"{}\">{} <small>{}</small></th>",
-                        EscapeMarkup(DescribeFigure(figure.key)), figure.label, figure.unit);
+    html += fmt::format("<th title=\"{}\">{} <small>{}</small></th>", EscapeMarkup(figure.meaning),
+                        figure.label, figure.unit);
   }
   html += "</tr>\n";
   for (const MethodResult& method : sequence.methods) {
@@ -163,8 +163,7 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
   for (const FigureInfo& figure : figures) {
     html += fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
                         figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
-                        EscapeMarkup(DescribeFigure(figure.key)),
-                        figure.less_is_better ? "less" : "more");
+                        EscapeMarkup(figure.meaning), figure.less_is_better ? "less" : "more");
   }
   return html + "</ul>\n";
 }
@@ -208,7 +207,7 @@ std::string Section(const SequenceResult& sequence, int repeats) {
           Figure("Paths from above <span>rings: starts</span>", PathPlot(sequence), "paper") +
           Figure("Distance from the truth over time", ErrorPlot(sequence)) + "</div>\n";
   html += LineMaps(sequence);
-  for (const FigureGroup group : kFigureGroups) html += Table(sequence, group);
+  for (const char* group : kFigureGroups) html += Table(sequence, group);
   const std::string stages = StagePlot(sequence);
   if (stages.empty()) return html;
   return html + "<h3>Where the time goes</h3><div class=\"cards wide\">" +

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "apps/evaluation/line_metrics.h"
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/core/error.h"
 #include "data/source/sequence.h"
@@ -47,9 +47,7 @@ Measured ReadMeasured(const RunFolders& folders, size_t method) {
   const MapResult map = ReadMapFolder(folders.map);
   Measured measured;
   measured.method = method;
-  for (const OnlineState& state : run.states) {
-    measured.online.push_back({state.stamp_ns, state.T_world_imu});
-  }
+  measured.online = OnlinePoses(run.states);
   measured.final_poses = map.trajectory;
   if (run.source) {
     for (const StereoEntry& images : run.source->images) {
@@ -148,7 +146,7 @@ void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alig
                     const Progress& progress, Figures* figures) {
   if (measured.lines.empty()) return;
   const LineMetrics metrics =
-      EvaluateLines(edges, Aligned(alignment, measured.lines), {}, progress);
+      EvaluateLines(edges, Aligned(alignment, measured.lines), kMostLineSamples, progress);
   for (const LineScore& score : metrics.scores) {
     if (score.tolerance_m != kLineTolerance_m) continue;
     Set("line_precision_5cm_percent", 100 * score.precision, figures);

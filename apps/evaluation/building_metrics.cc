@@ -1,5 +1,3 @@
-#include "apps/evaluation/building_metrics.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"

@@ -1,5 +1,3 @@
-#include "apps/evaluation/edge_straightness.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -8,6 +6,7 @@
 #include <optional>
 
 #include "apps/evaluation/report.h"
+#include "apps/evaluation/straightness.h"
 #include "data/core/math.h"
 #include "data/core/rigid_transform.h"
 

@@ -1,5 +1,3 @@
-#include "apps/evaluation/line_metrics.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
@@ -9,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
@@ -18,24 +17,17 @@
 namespace slcmap::inline evaluation {
 namespace {
 
-double Length(const PlySegment& segment) {
-  return (segment.end_world - segment.start_world).norm();
-}
-
-double Length(const std::vector<PlySegment>& segments) {
+double SumLengths(const std::vector<PlySegment>& segments) {
   double length_m = 0;
   for (const PlySegment& segment : segments) length_m += Length(segment);
   return length_m;
 }
 
+constexpr double kSample_m = 0.02;  // between samples along mapped lines and true edges
+// Between a sample's direction and that of what it is compared with.
+constexpr double kMaxAngle_rad = 10 / kDegreesPerRadian;
 constexpr double kSpacing_m = 0.1;    // of the points that stand for a segment in the tree
 constexpr double kRounding_m = 1e-3;  // beyond that of the tree's floats
-
-double Distance(const PlySegment& segment, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d along = segment.end_world - segment.start_world;
-  const double place = (point - segment.start_world).dot(along) / along.squaredNorm();
-  return (segment.start_world + std::clamp(place, 0.0, 1.0) * along - point).norm();
-}
 
 double Angle(const PlySegment& segment, const Eigen::Vector3d& direction) {
   return LineAngle_rad(segment.end_world - segment.start_world, direction);
@@ -68,12 +60,30 @@ class SegmentIndex {
   };
 
   // All segments must have an extent.
-  explicit SegmentIndex(std::vector<PlySegment> segments);
+  explicit SegmentIndex(std::vector<PlySegment> segments)
+      : segments_(std::move(segments)), tree_(PointsAlong(segments_, &segment_of_)) {}
 
   // The nearest of the segments within both limits; distances are to the segment, not to its line.
   // `direction` has length 1.
   std::optional<Match> Nearest(const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
-                               double max_distance_m, double max_angle_rad) const;
+                               double max_distance_m, double max_angle_rad) const {
+    PointTree::Found near;
+    tree_.FindWithin(point.cast<float>(), max_distance_m + kSpacing_m / 2 + kRounding_m, &near);
+    std::vector<int>& found = near.items;
+    for (int& index : found) index = static_cast<int>(segment_of_[index]);
+    // In the order of segments, so that the first of equally near ones is chosen.
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    std::optional<Match> best;
+    for (const int index : found) {
+      const PlySegment& segment = segments_[static_cast<std::size_t>(index)];
+      const Match match{Distance_m(segment, point), Angle(segment, direction),
+                        static_cast<std::size_t>(index)};
+      if (match.distance_m > max_distance_m || match.angle_rad > max_angle_rad) continue;
+      if (!best || match.distance_m < best->distance_m) best = match;
+    }
+    return best;
+  }
 
  private:
   std::vector<PlySegment> segments_;
@@ -81,51 +91,26 @@ class SegmentIndex {
   PointTree tree_;
 };
 
-SegmentIndex::SegmentIndex(std::vector<PlySegment> segments)
-    : segments_(std::move(segments)), tree_(PointsAlong(segments_, &segment_of_)) {}
-
-std::optional<SegmentIndex::Match> SegmentIndex::Nearest(const Eigen::Vector3d& point,
-                                                         const Eigen::Vector3d& direction,
-                                                         double max_distance_m,
-                                                         double max_angle_rad) const {
-  PointTree::Found near;
-  tree_.FindWithin(point.cast<float>(), max_distance_m + kSpacing_m / 2 + kRounding_m, &near);
-  std::vector<int>& found = near.items;
-  for (int& index : found) index = static_cast<int>(segment_of_[index]);
-  // In the order of segments, so that the first of equally near ones is chosen.
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  std::optional<Match> best;
-  for (const int index : found) {
-    const PlySegment& segment = segments_[static_cast<std::size_t>(index)];
-    const Match match{Distance(segment, point), Angle(segment, direction),
-                      static_cast<std::size_t>(index)};
-    if (match.distance_m > max_distance_m || match.angle_rad > max_angle_rad) continue;
-    if (!best || match.distance_m < best->distance_m) best = match;
-  }
-  return best;
-}
-
 // Calls visit(segment, length, match) for each sample of the segments, one segment after the other:
 // the length that it stands for, and the nearest of the others up to the largest tolerance, if any.
 template <typename Visitor>
 void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& others,
-                   const LineMetricOptions& options, const Progress& progress, Visitor visit) {
+                   const Progress& progress, Visitor visit) {
   constexpr int kReportEvery = 256;
-  const double all_m = Length(segments);
+  const double all_m = SumLengths(segments);
   double done_m = 0;
   int samples = 0;
   for (const PlySegment& segment : segments) {
     const double length_m = Length(segment);
     const Eigen::Vector3d along = segment.end_world - segment.start_world;
-    const double count = std::max(std::round(length_m / options.sample_m), 1.0);
+    const double count = std::max(std::round(length_m / kSample_m), 1.0);
     for (double i = 0.5; i < count; ++i) {
       if (samples++ % kReportEvery == 0) {
         progress.ReportOrStop((done_m + i / count * length_m) / all_m);
       }
       visit(segment, length_m / count,
             others.Nearest(segment.start_world + i / count * along, along / length_m,
-                           options.tolerances_m.back(), options.max_angle_deg / kDegreesPerRadian));
+                           kLineTolerances_m.back(), kMaxAngle_rad));
     }
     done_m += length_m;
   }
@@ -134,20 +119,16 @@ void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& 
 // The length of the samples that have a match up to each tolerance.
 class MatchedLengths {
  public:
-  explicit MatchedLengths(const std::vector<double>& tolerances_m)
-      : tolerances_m_(tolerances_m), lengths_m_(tolerances_m.size(), 0) {}
-
   void Add(double length_m, double distance_m) {
-    for (std::size_t i = 0; i < tolerances_m_.size(); ++i) {
-      if (distance_m <= tolerances_m_[i]) lengths_m_[i] += length_m;
+    for (std::size_t i = 0; i < kLineTolerances_m.size(); ++i) {
+      if (distance_m <= kLineTolerances_m[i]) lengths_m_[i] += length_m;
     }
   }
 
   double at(std::size_t tolerance) const { return lengths_m_[tolerance]; }
 
  private:
-  const std::vector<double>& tolerances_m_;
-  std::vector<double> lengths_m_;
+  std::array<double, kLineTolerances_m.size()> lengths_m_{};
 };
 
 // Sums, each sample counted by the length that it stands for.
@@ -227,24 +208,23 @@ std::vector<PlySegment> WithExtent(const std::vector<MapLine>& lines) {
 }
 
 // Before the first of them is made. A length that is not finite is refused too.
-void CheckSamples(const TrueEdges& truth, const std::vector<PlySegment>& mapped,
-                  const LineMetricOptions& options) {
-  double edges_m = std::max(Length(truth.whole), Length(truth.seen));
-  if (truth.clear) edges_m = std::max(edges_m, Length(*truth.clear));
-  const double lines_m = Length(mapped);
-  const double samples = (edges_m + lines_m) / options.sample_m;
-  if (samples <= options.max_samples) return;
+void CheckSamples(const TrueEdges& truth, const std::vector<PlySegment>& mapped, int max_samples) {
+  double edges_m = std::max(SumLengths(truth.whole), SumLengths(truth.seen));
+  if (truth.clear) edges_m = std::max(edges_m, SumLengths(*truth.clear));
+  const double lines_m = SumLengths(mapped);
+  const double samples = (edges_m + lines_m) / kSample_m;
+  if (samples <= max_samples) return;
   throw DataError(
       fmt::format("found {:.6g} m of edges and {:.6g} m of lines, which take {:.3g} samples every "
                   "{} m; expected at most {} samples (--max-samples): are both in metres?",
-                  edges_m, lines_m, samples, options.sample_m, options.max_samples));
+                  edges_m, lines_m, samples, kSample_m, max_samples));
 }
 
 // The length of the segments that others lie beside, by tolerance.
 MatchedLengths CoveredLengths(const std::vector<PlySegment>& segments, const SegmentIndex& others,
-                              const LineMetricOptions& options, const Progress& progress) {
-  MatchedLengths covered(options.tolerances_m);
-  ForEachSample(segments, others, options, progress,
+                              const Progress& progress = {}) {
+  MatchedLengths covered;
+  ForEachSample(segments, others, progress,
                 [&](const PlySegment&, double length_m, const auto& match) {
                   if (match) covered.Add(length_m, match->distance_m);
                 });
@@ -253,72 +233,52 @@ MatchedLengths CoveredLengths(const std::vector<PlySegment>& segments, const Seg
 
 }  // namespace
 
-void LineMetricOptions::Check() const {
-  if (!(sample_m > 0)) {
-    throw ConfigError(fmt::format("sample_m: found {}, expected more than 0", sample_m));
-  }
-  if (!(max_angle_deg > 0 && max_angle_deg <= 90)) {
-    throw ConfigError(fmt::format("max_angle_deg: found {}, expected more than 0, and at most 90",
-                                  max_angle_deg));
-  }
-  if (max_samples < 1) {
-    throw ConfigError(fmt::format("--max-samples: found {}, expected at least 1", max_samples));
-  }
-  if (tolerances_m.empty() || !(tolerances_m.front() > 0) ||
-      !std::is_sorted(tolerances_m.begin(), tolerances_m.end())) {
-    throw ConfigError("tolerances_m: expected ascending lengths of more than 0");
-  }
-}
-
 LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
-                          const LineMetricOptions& options, const Progress& progress) {
-  options.Check();
+                          int max_samples, const Progress& progress) {
   const std::vector<PlySegment> mapped = WithExtent(lines);
-  CheckSamples(truth, mapped, options);
+  CheckSamples(truth, mapped, max_samples);
   LineMetrics metrics;
   metrics.lines = static_cast<int64_t>(lines.size());
   metrics.without_extent = static_cast<int64_t>(lines.size() - mapped.size());
-  metrics.mapped_length_m = Length(mapped);
-  metrics.seen_length_m = Length(truth.seen);
+  metrics.mapped_length_m = SumLengths(mapped);
+  metrics.seen_length_m = SumLengths(truth.seen);
 
   const double seen_done = truth.clear ? 0.9 : 1;
   const SegmentIndex mapped_index(mapped);
-  MatchedLengths correct(options.tolerances_m);
+  MatchedLengths correct;
   EdgeAccuracy accuracy(truth);
-  ForEachSample(mapped, SegmentIndex(truth.whole), options, progress.Part(0, 0.5),
+  ForEachSample(mapped, SegmentIndex(truth.whole), progress.Part(0, 0.5),
                 [&](const PlySegment& line, double length_m, const auto& match) {
                   if (!match) return;
                   correct.Add(length_m, match->distance_m);
                   accuracy.Add(line, length_m, *match);
                 });
   const MatchedLengths covered =
-      CoveredLengths(truth.seen, mapped_index, options, progress.Part(0.5, seen_done));
-  for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
-    metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
+      CoveredLengths(truth.seen, mapped_index, progress.Part(0.5, seen_done));
+  for (std::size_t i = 0; i < kLineTolerances_m.size(); ++i) {
+    metrics.scores.push_back({kLineTolerances_m[i], covered.at(i),
                               ComputeShare(covered.at(i), metrics.seen_length_m), std::nullopt,
                               correct.at(i), ComputeShare(correct.at(i), metrics.mapped_length_m),
                               ComputeShare(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
   if (truth.clear) {
-    metrics.clear_length_m = Length(*truth.clear);
+    metrics.clear_length_m = SumLengths(*truth.clear);
     const MatchedLengths clear =
-        CoveredLengths(*truth.clear, mapped_index, options, progress.Part(seen_done, 1));
-    for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
+        CoveredLengths(*truth.clear, mapped_index, progress.Part(seen_done, 1));
+    for (std::size_t i = 0; i < kLineTolerances_m.size(); ++i) {
       metrics.scores[i].clear_recall = ComputeShare(clear.at(i), *metrics.clear_length_m);
     }
   }
   return metrics;
 }
 
-void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
-                   const LineMetricOptions& options, LineMetrics* metrics,
-                   const Progress& progress) {
+void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks, int max_samples,
+                   LineMetrics* metrics) {
   const std::vector<PlySegment> mapped = WithExtent(marks);
-  CheckSamples(truth, mapped, options);
-  metrics->marks_length_m = Length(mapped);
-  const MatchedLengths on_edges =
-      CoveredLengths(mapped, SegmentIndex(truth.whole), options, progress);
+  CheckSamples(truth, mapped, max_samples);
+  metrics->marks_length_m = SumLengths(mapped);
+  const MatchedLengths on_edges = CoveredLengths(mapped, SegmentIndex(truth.whole));
   for (std::size_t i = 0; i < metrics->scores.size(); ++i) {
     const LineScore& score = metrics->scores[i];
     const double edges_m = score.correct_m;

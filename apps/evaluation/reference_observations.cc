@@ -1,11 +1,10 @@
-#include "apps/evaluation/reference_observations.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "apps/evaluation/straightness.h"
 #include "data/io/yaml.h"
 #include "odometry/geometry/pinhole.h"
 

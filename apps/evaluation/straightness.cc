@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/evaluation/edge_straightness.h"
 #include "mapping/map/point_index.h"
 
 namespace slcmap::inline evaluation {

@@ -1,10 +1,9 @@
-#include "apps/evaluation/surface_metrics.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/report.h"
 #include "data/calibration/calibration.h"
 #include "data/io/ply.h"

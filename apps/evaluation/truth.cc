@@ -25,6 +25,14 @@ bool HasExtent(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).squaredNorm() > 0;
 }
 
+double SquaredDistance(const Eigen::Vector3d& p, const PlySegment& segment) {
+  const Eigen::Vector3d way = segment.end_world - segment.start_world;
+  const double length2 = way.squaredNorm();
+  const double u =
+      length2 > 0 ? std::clamp((p - segment.start_world).dot(way) / length2, 0.0, 1.0) : 0.0;
+  return (segment.start_world + u * way - p).squaredNorm();
+}
+
 Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, std::size_t column) {
   return {table.Number(row, column), table.Number(row, column + 1), table.Number(row, column + 2)};
 }
@@ -56,6 +64,14 @@ TrueEdges SeenEdges(const std::vector<EdgeRow>& rows) {
 }
 
 }  // namespace
+
+double Length(const PlySegment& segment) {
+  return (segment.end_world - segment.start_world).norm();
+}
+
+double Distance_m(const PlySegment& segment, const Eigen::Vector3d& p) {
+  return std::sqrt(SquaredDistance(p, segment));
+}
 
 PlySegment EdgeRow::Seen() const {
   const Eigen::Vector3d direction = (whole.end_world - whole.start_world).normalized();
@@ -129,14 +145,6 @@ double Entry_m(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& origin,
   return enter <= leave ? enter : std::numeric_limits<double>::infinity();
 }
 
-double SquaredDistanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                                const Eigen::Vector3d& b) {
-  const Eigen::Vector3d way = b - a;
-  const double length2 = way.squaredNorm();
-  const double u = length2 > 0 ? std::clamp((p - a).dot(way) / length2, 0.0, 1.0) : 0.0;
-  return (a + u * way - p).squaredNorm();
-}
-
 double SquaredDistance(const Eigen::Vector3d& p, const Triangle& triangle) {
   const Eigen::Vector3d normal =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
@@ -148,7 +156,7 @@ double SquaredDistance(const Eigen::Vector3d& p, const Triangle& triangle) {
   if (is_above) return std::pow(normal.dot(p - triangle[0]), 2);
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
-    least = std::min(least, SquaredDistanceToSegment(p, triangle[i], triangle[(i + 1) % 3]));
+    least = std::min(least, SquaredDistance(p, PlySegment{triangle[i], triangle[(i + 1) % 3]}));
   }
   return least;
 }
@@ -312,14 +320,9 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 namespace {
 
-constexpr double kClearRange_m = 8;        // from which a frame shows a place of an edge
 constexpr int kClearFrames = 20;           // that do
 constexpr double kClearInterval_s = 0.05;  // between frames, however many images a second there are
 constexpr double kClearSample_m = 0.04;    // along an edge
-
-double EdgeLength(const PlySegment& segment) {
-  return (segment.end_world - segment.start_world).norm();
-}
 
 // Of those that are long enough; the pieces of a bent edge count as one.
 std::vector<PlySegment> LongEdges(const TrueEdges& edges, double min_length_m) {
@@ -328,7 +331,7 @@ std::vector<PlySegment> LongEdges(const TrueEdges& edges, double min_length_m) {
   };
   std::map<int64_t, double> lengths_m;
   for (std::size_t i = 0; i < edges.whole.size(); ++i) {
-    lengths_m[edge_of(i)] += EdgeLength(edges.whole[i]);
+    lengths_m[edge_of(i)] += Length(edges.whole[i]);
   }
   std::vector<PlySegment> pieces;
   for (std::size_t i = 0; i < edges.whole.size(); ++i) {
@@ -348,13 +351,6 @@ struct WatchedEdge {
   }
 };
 
-double Distance_m(const PlySegment& segment, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d along = segment.end_world - segment.start_world;
-  const double share =
-      std::clamp(along.dot(p - segment.start_world) / along.squaredNorm(), 0.0, 1.0);
-  return (segment.start_world + share * along - p).norm();
-}
-
 // A camera at a place, and what hides things from it.
 struct Watcher {
   const Camera& camera;
@@ -363,7 +359,7 @@ struct Watcher {
   bool Sees(const RigidTransform& T_world_camera, const Eigen::Vector3d& p_world) const {
     const Eigen::Vector3d to_place = p_world - T_world_camera.translation;
     const double distance_m = to_place.norm();
-    if (distance_m > kClearRange_m || distance_m <= kViewMargin_m) return false;
+    if (distance_m > kMaxRange_m || distance_m <= kViewMargin_m) return false;
     const auto px = camera.Project(T_world_camera.rotation.conjugate() * to_place);
     if (!px || !camera.Contains(*px)) return false;
     const double free_m = distance_m - kViewMargin_m;
@@ -372,7 +368,7 @@ struct Watcher {
   }
 
   void Watch(const RigidTransform& T_world_camera, WatchedEdge* edge) const {
-    if (Distance_m(edge->piece, T_world_camera.translation) > kClearRange_m) return;
+    if (Distance_m(edge->piece, T_world_camera.translation) > kMaxRange_m) return;
     for (std::size_t i = 0; i < edge->frames.size(); ++i) {
       int& frames = edge->frames[i];
       if (frames >= kClearFrames) continue;
@@ -398,7 +394,7 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
                                     const Progress& progress) {
   std::vector<WatchedEdge> watched;
   for (const PlySegment& piece : LongEdges(edges, kViewMinLength_m)) {
-    const double samples = std::max(std::round(EdgeLength(piece) / kClearSample_m), 1.0);
+    const double samples = std::max(std::round(Length(piece) / kClearSample_m), 1.0);
     watched.push_back({piece, std::vector<int>(static_cast<std::size_t>(samples), 0)});
   }
   const Watcher watcher{rig.cameras[0], surfaces};

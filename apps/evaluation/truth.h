@@ -16,6 +16,9 @@
 
 namespace slcmap::inline evaluation {
 
+double Length(const PlySegment& segment);
+double Distance_m(const PlySegment& segment, const Eigen::Vector3d& p);  // to its nearest point
+
 struct TrueEdges {
   // Edges of which the cameras saw a part, from end to end; of those that are bent, their straight
   // pieces.

@@ -1,5 +1,3 @@
-#include "apps/maps/map_alignment.h"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Dense>
@@ -8,6 +6,7 @@
 #include <map>
 #include <unordered_set>
 
+#include "apps/maps/truth_agreement.h"
 #include "data/core/error.h"
 
 namespace slcmap::inline evaluation {

@@ -1,11 +1,10 @@
-#include "apps/maps/straightedge.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
+#include "apps/maps/map_straightness.h"
 #include "data/core/math.h"
 
 namespace slcmap::inline evaluation {

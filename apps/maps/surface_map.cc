@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/evaluation/edge_straightness.h"
+#include "apps/evaluation/straightness.h"
 #include "data/core/math.h"
 
 namespace slcmap::inline evaluation {

@@ -1,13 +1,52 @@
-// What a map by any system has of a laser scan, and how it is bent against that.
+// Where a map by any system lies in the world of a laser scan, what it has of that, and how it is
+// bent against it.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "apps/maps/map_alignment.h"
 #include "apps/maps/map_straightness.h"
+#include "apps/maps/surface_map.h"
+#include "data/core/rigid_transform.h"
 
 namespace slcmap::inline evaluation {
+
+// Places of a map with the normals of its surfaces, or with the directions of its lines.
+struct MapSamples {
+  bool are_lines = false;
+  std::vector<Eigen::Vector3d> places, directions;
+  BuildingAxes axes;
+};
+MapSamples SampleSurfaces(const SurfaceMap& map);
+MapSamples SampleLines(const std::vector<PlySegment>& lines);
+
+// A scan that maps are laid on.
+struct TrueScan {
+  explicit TrueScan(std::vector<Eigen::Vector3d> points);
+
+  const SurfaceMap map;
+  const NearPlanes planes;
+  const MapSamples samples;
+};
+
+struct ScanPlacement {
+  RigidTransform T_truth_map;
+  double overlap = 0;  // share of the map's samples within 10 cm of the truth
+  double rival = 0;    // the same at the best other place; 0 where none was tried
+};
+
+// Lays the map on the truth, from where it is or, where that does not fit, from any place at which
+// their walls agree, by least squares on planes. With `as_it_is` it stays where it is. Throws
+// DataError, naming the map, where it is in other units or does not lie on the truth.
+ScanPlacement PlaceOnTruth(const std::string& name, const MapSamples& map, const TrueScan& truth,
+                           bool as_it_is);
+
+// Throws DataError where no building is so large or so small in metres.
+void RefuseOtherUnits(const std::string& name, const std::vector<Eigen::Vector3d>& places);
+
+// What a map by any system has of a laser scan, and how it is bent against that.
 
 // Figures of nothing are kNoFigure.
 struct AgreementScore {

@@ -1,11 +1,10 @@
-#include "apps/maps/wall_finder.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
+#include "apps/maps/map_straightness.h"
 #include "data/core/math.h"
 
 namespace slcmap::inline evaluation {

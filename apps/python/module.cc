@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "apps/commands/check.h"
+#include "apps/commands/odometry_stage.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
 #include "data/version.h"

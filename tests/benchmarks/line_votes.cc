@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "apps/evaluation/line_metrics.h"
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/truth.h"
 #include "data/core/error.h"
@@ -21,7 +21,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kTolerance_m = 0.05;
+constexpr double kTolerance_m = kLineTolerances_m[2];
 
 struct FoundLines {
   std::vector<TrackedLine> tracked;
@@ -87,8 +87,8 @@ void Print(const std::string& run_folder, const std::string& sequence) {
     for (const MapLine& piece : pieces) {
       if (piece.id == static_cast<int64_t>(i)) line.push_back(piece);
     }
-    const LineMetrics metrics = EvaluateLines(truth, line, {.tolerances_m = {kTolerance_m}});
-    std::printf("%.4f,%.4f,%.4f,%.4f", metrics.mapped_length_m, metrics.scores[0].precision,
+    const LineMetrics metrics = EvaluateLines(truth, line);
+    std::printf("%.4f,%.4f,%.4f,%.4f", metrics.mapped_length_m, metrics.scores[2].precision,
                 ShareOnPipes(pipes, line), ComputeEdgeProbability(found.tracked[i]));
     for (const double vote : CountVotes(found.tracked[i])) std::printf(",%.6g", vote);
     std::printf("\n");

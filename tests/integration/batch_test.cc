@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "apps/batch/results.h"
 #include "apps/batch/workflow.h"
 #include "data/io/file.h"
 #include "mapping/map/map_folder.h"

@@ -1,8 +1,7 @@
-#include "apps/batch/site.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/batch/workflow.h"
 #include "data/core/error.h"
 #include "tests/testing/small_sequence.h"
 

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/batch/results.h"
-#include "apps/batch/status.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "tests/testing/temp_folder.h"

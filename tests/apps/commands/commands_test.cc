@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "apps/commands/check.h"
+#include "apps/commands/odometry_stage.h"
 #include "apps/commands/progress.h"
 
 namespace slcmap::inline commands {}  // namespace slcmap::commands

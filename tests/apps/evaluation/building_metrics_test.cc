@@ -1,11 +1,10 @@
-#include "apps/evaluation/building_metrics.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/evaluation/map_metrics.h"
 #include "data/core/error.h"
 #include "data/io/file.h"
 #include "tests/testing/temp_folder.h"

@@ -1,5 +1,3 @@
-#include "apps/evaluation/line_metrics.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/report.h"
 #include "apps/evaluation/truth.h"
 #include "data/core/error.h"
@@ -45,7 +44,7 @@ const TrueEdges kTwoEdges = Seen({{{0, 0, 0}, {4, 0, 0}}, {{0, 0, 0}, {0, 0, 2}}
 
 TEST(LineMetrics, APerfectMapIsAllRight) {
   const LineMetrics metrics =
-      EvaluateLines(kTwoEdges, {Mapped({4, 0, 0}, {0, 0, 0}), Mapped({0, 0, 0}, {0, 0, 2})}, {});
+      EvaluateLines(kTwoEdges, {Mapped({4, 0, 0}, {0, 0, 0}), Mapped({0, 0, 0}, {0, 0, 2})});
   EXPECT_EQ(metrics.lines, 2);
   EXPECT_DOUBLE_EQ(metrics.mapped_length_m, 6);
   EXPECT_DOUBLE_EQ(metrics.seen_length_m, 6);
@@ -60,13 +59,13 @@ TEST(LineMetrics, APerfectMapIsAllRight) {
   EXPECT_NEAR(metrics.accuracy->offset_rms_m, 0, 1e-9);
   // Mapped three times it is redundant.
   const std::vector<MapLine> thrice(3, Mapped({0, 0.001, 0}, {4, 0.001, 0}));
-  const LineMetrics redundant = EvaluateLines(Seen({{{0, 0, 0}, {4, 0, 0}}}), thrice, {});
+  const LineMetrics redundant = EvaluateLines(Seen({{{0, 0, 0}, {4, 0, 0}}}), thrice);
   EXPECT_NEAR(At(redundant, 0.05).redundancy, 3, 1e-9);
   EXPECT_NEAR(At(redundant, 0.05).recall_m, 4, 1e-9);
 }
 
 TEST(LineMetrics, AnOffsetLineIsRightFromItsOffsetOn) {
-  const LineMetrics metrics = EvaluateLines(kTwoEdges, {Mapped({1, 0.03, 0}, {3, 0.03, 0})}, {});
+  const LineMetrics metrics = EvaluateLines(kTwoEdges, {Mapped({1, 0.03, 0}, {3, 0.03, 0})});
   EXPECT_EQ(At(metrics, 0.02).precision, 0);
   EXPECT_EQ(At(metrics, 0.02).recall_m, 0);
   EXPECT_TRUE(std::isnan(At(metrics, 0.02).redundancy));
@@ -87,7 +86,7 @@ TEST(LineMetrics, DirectionErrorIsWeightedByLength) {
     return Mapped(Eigen::Vector3d(x, 0, 0) - half, Eigen::Vector3d(x, 0, 0) + half);
   };
   const TrueEdges truth = Seen({{{0, 0, 0}, {40, 0, 0}}});
-  const LineMetrics metrics = EvaluateLines(truth, {turned(10, 1, 3), turned(30, -5, 1)}, {});
+  const LineMetrics metrics = EvaluateLines(truth, {turned(10, 1, 3), turned(30, -5, 1)});
   ASSERT_TRUE(metrics.accuracy.has_value());
   EXPECT_NEAR(metrics.accuracy->length_m, 4, 1e-9);
   EXPECT_NEAR(metrics.accuracy->direction_mean_deg, 2, 1e-9);
@@ -111,14 +110,14 @@ TrueEdges BentEdge() {
 
 TEST(LineMetrics, ALineAlongABentEdgeHasTheDirectionOfWhatItCovers) {
   const TrueEdges truth = BentEdge();
-  const LineMetrics whole = EvaluateLines(truth, {Mapped({-5, 0.02, 0}, {5, 0.02, 0})}, {});
+  const LineMetrics whole = EvaluateLines(truth, {Mapped({-5, 0.02, 0}, {5, 0.02, 0})});
   EXPECT_NEAR(At(whole, 0.05).precision, 1, 1e-9);
   EXPECT_NEAR(At(whole, 0.05).recall, 1, 1e-9);
   EXPECT_NEAR(whole.accuracy.value().direction_mean_deg, 0, 1e-3);
   // Its second half goes down by 30 mm.
-  const LineMetrics half = EvaluateLines(truth, {Mapped({5, 0.02, 0}, {0, 0.02, 0})}, {});
+  const LineMetrics half = EvaluateLines(truth, {Mapped({5, 0.02, 0}, {0, 0.02, 0})});
   EXPECT_NEAR(half.accuracy.value().direction_mean_deg, std::atan(0.03 / 5) / kDegree, 1e-3);
-  const LineMetrics chord = EvaluateLines(truth, {Mapped({0, 0.03, 0}, {5, 0, 0})}, {});
+  const LineMetrics chord = EvaluateLines(truth, {Mapped({0, 0.03, 0}, {5, 0, 0})});
   EXPECT_NEAR(chord.accuracy.value().direction_mean_deg, 0, 1e-3);
 }
 
@@ -126,18 +125,17 @@ TEST(LineMetrics, OtherDirectionsDoNotCount) {
   // Across an edge, and 12 degrees off it: near, but no observations of it.
   const double slope = std::tan(12 * kDegree);
   const LineMetrics metrics = EvaluateLines(
-      kTwoEdges, {Mapped({1, -0.1, 0}, {1, 0.1, 0}), Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, {});
+      kTwoEdges, {Mapped({1, -0.1, 0}, {1, 0.1, 0}), Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})});
   EXPECT_EQ(At(metrics, 0.2).precision, 0);
   EXPECT_EQ(At(metrics, 0.2).recall_m, 0);
   EXPECT_FALSE(metrics.accuracy.has_value());
-  LineMetricOptions wider;
-  wider.max_angle_deg = 15;
-  EXPECT_GT(At(EvaluateLines(kTwoEdges, {Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, wider), 0.2)
-                .precision,
-            0.99);
+  const double flatter = std::tan(8 * kDegree);
+  EXPECT_GT(
+      At(EvaluateLines(kTwoEdges, {Mapped({2, 0, 0}, {2.2, 0.2 * flatter, 0})}), 0.2).precision,
+      0.99);
   // Nor do they hide a parallel edge that is further off.
   const TrueEdges crossed = Seen({{{0, 0, 0}, {4, 0, 0}}, {{2, 0.1, -1}, {2, 0.1, 1}}});
-  const LineMetrics behind = EvaluateLines(crossed, {Mapped({1.9, 0.08, 0}, {2.1, 0.08, 0})}, {});
+  const LineMetrics behind = EvaluateLines(crossed, {Mapped({1.9, 0.08, 0}, {2.1, 0.08, 0})});
   EXPECT_EQ(At(behind, 0.05).precision, 0);
   EXPECT_NEAR(At(behind, 0.1).precision, 1, 1e-9);
 }
@@ -145,15 +143,15 @@ TEST(LineMetrics, OtherDirectionsDoNotCount) {
 TEST(LineMetrics, RecallOfWhatWasSeenClearlyStandsBesideThatOfAll) {
   // Recall is of seen parts, precision of whole edges.
   const LineMetrics part = EvaluateLines({{{{0, 0, 0}, {4, 0, 0}}}, {{{1, 0, 0}, {3, 0, 0}}}},
-                                         {Mapped({2, 0, 0}, {4, 0, 0})}, {});
+                                         {Mapped({2, 0, 0}, {4, 0, 0})});
   EXPECT_NEAR(part.seen_length_m, 2, 1e-12);
   EXPECT_NEAR(At(part, 0.01).precision, 1, 1e-9);
   EXPECT_NEAR(At(part, 0.01).recall, 0.5, 0.011);
   TrueEdges truth = kTwoEdges;
-  EXPECT_FALSE(At(EvaluateLines(truth, {}, {}), 0.05).clear_recall.has_value());
+  EXPECT_FALSE(At(EvaluateLines(truth, {}), 0.05).clear_recall.has_value());
   truth.clear = {{{{1, 0, 0}, {3, 0, 0}}}};
   const std::vector<MapLine> lines = {Mapped({2, 0, 0}, {4, 0, 0})};
-  const LineMetrics metrics = EvaluateLines(truth, lines, {});
+  const LineMetrics metrics = EvaluateLines(truth, lines);
   EXPECT_NEAR(At(metrics, 0.01).clear_recall.value(), 0.5, 0.011);
   EXPECT_NEAR(At(metrics, 0.01).recall, 2.0 / 6, 0.011);
   EXPECT_NEAR(metrics.clear_length_m.value(), 2, 1e-12);
@@ -164,9 +162,9 @@ TEST(LineMetrics, RecallOfWhatWasSeenClearlyStandsBesideThatOfAll) {
 TEST(LineMetrics, MarksAreToBeOnNoEdge) {
   // Of 4 m on edges 1 m is called a mark; of 3 m on none, 2 m are not.
   LineMetrics metrics =
-      EvaluateLines(kTwoEdges, {Mapped({0, 0, 0}, {3, 0, 0}), Mapped({0, 1, 0}, {2, 1, 0})}, {});
-  EvaluateMarks(kTwoEdges, {Mapped({0, 0, 1}, {0, 0, 2}), Mapped({0, 1, 0}, {0, 1, 1})}, {},
-                &metrics);
+      EvaluateLines(kTwoEdges, {Mapped({0, 0, 0}, {3, 0, 0}), Mapped({0, 1, 0}, {2, 1, 0})});
+  EvaluateMarks(kTwoEdges, {Mapped({0, 0, 1}, {0, 0, 2}), Mapped({0, 1, 0}, {0, 1, 1})},
+                kMostLineSamples, &metrics);
   ASSERT_EQ(metrics.kinds.size(), metrics.scores.size());
   EXPECT_NEAR(metrics.marks_length_m, 2, 1e-9);
   EXPECT_NEAR(metrics.kinds[2].edges_called_marks, 1.0 / 4, 1e-9);
@@ -177,15 +175,15 @@ TEST(LineMetrics, MarksAreToBeOnNoEdge) {
 }
 
 TEST(LineMetrics, NoLinesAndLinesWithoutExtentAreNoDivisionByZero) {
-  const LineMetrics none = EvaluateLines(kTwoEdges, {}, {});
+  const LineMetrics none = EvaluateLines(kTwoEdges, {});
   EXPECT_EQ(At(none, 0.2).recall, 0);
   EXPECT_TRUE(std::isnan(At(none, 0.2).precision));
   const ComparedFiles inputs{"edges.csv", "lines.ply"};
   EXPECT_TRUE(LineJson(inputs, none)["scores"][0]["precision"].dump() == "null");
   TrueEdges unseen = kTwoEdges;
   unseen.seen.clear();
-  EXPECT_TRUE(std::isnan(At(EvaluateLines(unseen, {}, {}), 0.2).recall));
-  const LineMetrics dot = EvaluateLines(kTwoEdges, {Mapped({1, 0, 0}, {1, 0, 0})}, {});
+  EXPECT_TRUE(std::isnan(At(EvaluateLines(unseen, {}), 0.2).recall));
+  const LineMetrics dot = EvaluateLines(kTwoEdges, {Mapped({1, 0, 0}, {1, 0, 0})});
   EXPECT_EQ(dot.lines, 1);
   EXPECT_EQ(dot.without_extent, 1);
   EXPECT_TRUE(std::isnan(At(dot, 0.2).precision));
@@ -245,7 +243,7 @@ TEST(TrueEdges, DamagedFilesAreNamed) {
 
 TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   const std::vector<MapLine> lines = {Mapped({1, 0.03, 0}, {3, 0.03, 0})};
-  const LineMetrics metrics = EvaluateLines(kTwoEdges, lines, {});
+  const LineMetrics metrics = EvaluateLines(kTwoEdges, lines);
   const ComparedFiles inputs{"edges.csv", "lines.ply"};
   const nlohmann::ordered_json json = LineJson(inputs, metrics);
   EXPECT_THAT(FiguresText(json),
@@ -256,7 +254,7 @@ TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
   EXPECT_EQ(json["scores"][2]["tolerance_m"], 0.05);
   EXPECT_NEAR(json["scores"][2]["precision"].get<double>(), 1, 1e-9);
   EXPECT_NEAR(json["accuracy"]["offset_rms_m"].get<double>(), 0.03, 1e-9);
-  EXPECT_TRUE(LineJson(inputs, EvaluateLines(kTwoEdges, {}, {}))["accuracy"].is_null());
+  EXPECT_TRUE(LineJson(inputs, EvaluateLines(kTwoEdges, {}))["accuracy"].is_null());
 }
 
 double Length(const std::vector<PlySegment>& parts) {
@@ -307,16 +305,6 @@ TEST(ClearEdges, ShortEdgesAreLeftOutButNotThePiecesOfABentOne) {
   TrueEdges bent{pieces, pieces, {7, 7}};
   EXPECT_NEAR(Length(ClearlySeen(bent, TriangleTree(WallAtX(20, 20)), Standing(2), ForwardRig())),
               0.4, 1e-3);
-}
-
-TEST(LineMetricOptions, AbsurdOnesAreRefused) {
-  std::vector<LineMetricOptions> absurd(3);
-  absurd[0].sample_m = 0;
-  absurd[1].max_angle_deg = 100;
-  absurd[2].tolerances_m = {0.1, 0.05};
-  for (const LineMetricOptions& options : absurd) {
-    EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
-  }
 }
 
 }  // namespace

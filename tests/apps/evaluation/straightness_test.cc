@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-#include "apps/evaluation/edge_straightness.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "tests/testing/edge_walk.h"

@@ -1,12 +1,11 @@
 // A cloud and an occupancy map of a room of which everything is known.
-#include "apps/evaluation/surface_metrics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "apps/evaluation/map_metrics.h"
 #include "apps/evaluation/report.h"
 #include "apps/evaluation/truth.h"
 #include "data/calibration/calibration.h"

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/report.h"
-#include "apps/evaluation/trajectory_report.h"
 #include "data/core/error.h"
 #include "data/core/math.h"
 #include "data/io/file.h"

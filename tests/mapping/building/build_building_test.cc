@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "apps/evaluation/building_metrics.h"
+#include "apps/evaluation/map_metrics.h"
 #include "tests/testing/scene_scanner.h"
 
 namespace slcmap {
