@@ -7,9 +7,11 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -23,19 +25,23 @@ struct PyTrajectory {
   Trajectory poses;
 };
 
-// A member of all rows, without a copy: n values, or n x columns that lie side by side from
-// first(row) on. Read-only; `owner` keeps the rows.
-template <typename Row, typename First>
-py::array Column(const std::vector<Row>& rows, First first, int columns, py::handle owner) {
-  using Value = std::remove_cv_t<std::remove_pointer_t<decltype(first(rows.front()))>>;
+// A member of all rows, without a copy: n values, or n x the size of a vector, or n x `columns`
+// numbers that lie side by side from that vector on. Read-only; `owner` keeps the rows.
+template <typename Row, typename Member>
+py::array Column(const std::vector<Row>& rows, Member member, py::handle owner, int columns = 0) {
+  using Value = std::remove_cvref_t<std::invoke_result_t<Member, const Row&>>;
+  const void* data = rows.empty() ? nullptr : &std::invoke(member, rows.front());
   std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(rows.size())};
   std::vector<py::ssize_t> strides = {sizeof(Row)};
-  if (columns > 1) {
-    shape.push_back(columns);
-    strides.push_back(sizeof(Value));
+  py::dtype type;
+  if constexpr (std::is_arithmetic_v<Value>) {
+    type = py::dtype::of<Value>();
+  } else {
+    type = py::dtype::of<typename Value::Scalar>();
+    shape.push_back(columns > 0 ? columns : py::ssize_t{Value::RowsAtCompileTime});
+    strides.push_back(sizeof(typename Value::Scalar));
   }
-  const Value* data = rows.empty() ? nullptr : first(rows.front());
-  py::array array(py::dtype::of<Value>(), shape, strides, data, owner);
+  py::array array(type, shape, strides, data, owner);
   array.attr("flags").attr("writeable") = false;
   return array;
 }

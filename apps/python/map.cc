@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "apps/evaluation/trajectory_metrics.h"
 #include "apps/python/arrays.h"
 #include "data/core/verdict.h"
 #include "export/scene/map_layers.h"
@@ -18,13 +19,13 @@ using namespace py::literals;
 using LoadedMap = py::class_<MapResult>;
 
 // A property whose columns the map keeps.
-template <typename Rows, typename First>
-void AddColumn(LoadedMap& map, const char* name, Rows MapResult::*rows, int columns, First first,
-               const char* words) {
+template <typename Rows, typename Member>
+void AddColumn(LoadedMap& map, const char* name, Rows MapResult::*rows, Member member,
+               const char* words, int columns = 0) {
   map.def_property_readonly(
       name,
       [=](const py::object& self) {
-        return Column(self.cast<const MapResult&>().*rows, first, columns, self);
+        return Column(self.cast<const MapResult&>().*rows, member, self, columns);
       },
       words);
 }
@@ -45,30 +46,24 @@ py::list KindNames(const MapResult& map) {
 }
 
 // The ends lie side by side.
-const double* EndsBegin(const MapLine& line) { return line.start_world.data(); }
 static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
 static_assert(offsetof(MapLine, end_world) ==
               offsetof(MapLine, start_world) + sizeof(Eigen::Vector3d));
 
 void AddLines(LoadedMap& map) {
-  AddColumn(map, "lines", &MapResult::lines, 6, EndsBegin,
-            "n x 6: start and end in the world. A line with gaps has a row for each piece.");
-  AddColumn(map, "marks", &MapResult::marks, 6, EndsBegin,
-            "The same of lines that are on surfaces, and no edges of them.");
-  AddColumn(
-      map, "line_ids", &MapResult::lines, 1, [](const MapLine& l) { return &l.id; }, "n");
-  AddColumn(
-      map, "line_probability", &MapResult::lines, 1,
-      [](const MapLine& l) { return &l.edge_probability; }, "n: that it is an edge, and no mark.");
-  AddColumn(
-      map, "line_sigma_m", &MapResult::lines, 1, [](const MapLine& l) { return &l.sigma_m; },
-      "n: standard deviation across it, where that is largest.");
-  AddColumn(
-      map, "line_deviation_rad", &MapResult::lines, 1,
-      [](const MapLine& l) { return &l.deviation_rad; }, "n: between it and its axis.");
-  AddColumn(
-      map, "line_observations", &MapResult::lines, 1,
-      [](const MapLine& l) { return &l.observations; }, "n: views that saw it; 0 of junctions.");
+  AddColumn(map, "lines", &MapResult::lines, &MapLine::start_world,
+            "n x 6: start and end in the world. A line with gaps has a row for each piece.", 6);
+  AddColumn(map, "marks", &MapResult::marks, &MapLine::start_world,
+            "The same of lines that are on surfaces, and no edges of them.", 6);
+  AddColumn(map, "line_ids", &MapResult::lines, &MapLine::id, "n");
+  AddColumn(map, "line_probability", &MapResult::lines, &MapLine::edge_probability,
+            "n: that it is an edge, and no mark.");
+  AddColumn(map, "line_sigma_m", &MapResult::lines, &MapLine::sigma_m,
+            "n: standard deviation across it, where that is largest.");
+  AddColumn(map, "line_deviation_rad", &MapResult::lines, &MapLine::deviation_rad,
+            "n: between it and its axis.");
+  AddColumn(map, "line_observations", &MapResult::lines, &MapLine::observations,
+            "n: views that saw it; 0 of junctions.");
   map.def_property_readonly(
       "line_axes", [](const MapResult& m) { return AxisNames(m.lines); },
       "n of 'x', 'y', 'vertical', 'none', 'sloped'.");
@@ -77,28 +72,19 @@ void AddLines(LoadedMap& map) {
 }
 
 void AddClouds(LoadedMap& map) {
-  AddColumn(
-      map, "points", &MapResult::points, 3, [](const MapPoint& p) { return p.p_world.data(); },
-      "n x 3: the sparse cloud.");
-  AddColumn(
-      map, "point_sigma_m", &MapResult::points, 1, [](const MapPoint& p) { return &p.sigma_m; },
-      "n");
-  AddColumn(
-      map, "point_line_ids", &MapResult::points, 1, [](const MapPoint& p) { return &p.line_id; },
-      "n: of the line that it lies on, or -1.");
-  const auto place = [](const DensePoint& p) { return p.p_world.data(); };
-  const auto normal = [](const DensePoint& p) { return p.normal_world.data(); };
-  AddColumn(map, "dense", &MapResult::dense, 3, place, "n x 3: measured by stereo.");
-  AddColumn(map, "dense_normals", &MapResult::dense, 3, normal, "n x 3: towards the cameras.");
-  AddColumn(
-      map, "dense_grey", &MapResult::dense, 1, [](const DensePoint& p) { return &p.grey; },
-      "n, uint8: the images' colour.");
-  AddColumn(
-      map, "dense_sigma_m", &MapResult::dense, 1, [](const DensePoint& p) { return &p.sigma_m; },
-      "n: along the normals.");
-  AddColumn(map, "filled", &MapResult::filled, 3, place,
+  AddColumn(map, "points", &MapResult::points, &MapPoint::p_world, "n x 3: the sparse cloud.");
+  AddColumn(map, "point_sigma_m", &MapResult::points, &MapPoint::sigma_m, "n");
+  AddColumn(map, "point_line_ids", &MapResult::points, &MapPoint::line_id,
+            "n: of the line that it lies on, or -1.");
+  AddColumn(map, "dense", &MapResult::dense, &DensePoint::p_world, "n x 3: measured by stereo.");
+  AddColumn(map, "dense_normals", &MapResult::dense, &DensePoint::normal_world,
+            "n x 3: towards the cameras.");
+  AddColumn(map, "dense_grey", &MapResult::dense, &DensePoint::grey,
+            "n, uint8: the images' colour.");
+  AddColumn(map, "dense_sigma_m", &MapResult::dense, &DensePoint::sigma_m, "n: along the normals.");
+  AddColumn(map, "filled", &MapResult::filled, &DensePoint::p_world,
             "n x 3: derived, on planes of the building where nothing was measured.");
-  AddColumn(map, "filled_normals", &MapResult::filled, 3, normal, "n x 3.");
+  AddColumn(map, "filled_normals", &MapResult::filled, &DensePoint::normal_world, "n x 3.");
   map.def_property_readonly(
       "occupied",
       [](const MapResult& m) {
@@ -232,14 +218,6 @@ void AddMapClass(py::module_& module) {
   AddBuilding(map);
 }
 
-PyTrajectory GetTrajectory(const OdometryRun& run) {
-  PyTrajectory trajectory;
-  for (const OnlineState& state : run.states) {
-    trajectory.poses.push_back({state.stamp_ns, state.T_world_imu});
-  }
-  return trajectory;
-}
-
 void AddRunClass(py::module_& module) {
   py::class_<OdometryRun>(module, "Run", "A run folder in memory: what odometry found.")
       .def_static(
@@ -257,7 +235,9 @@ void AddRunClass(py::module_& module) {
       .def_property_readonly(
           "reasons", [](const OdometryRun& r) { return VerdictReasons(r.verdict); },
           "Of the verdict, the worst first, with remedies.")
-      .def_property_readonly("trajectory", &GetTrajectory, "A pose an image, without look-ahead.")
+      .def_property_readonly(
+          "trajectory", [](const OdometryRun& r) { return PyTrajectory{OnlinePoses(r.states)}; },
+          "A pose an image, without look-ahead.")
       .def("__repr__", [](const OdometryRun& r) {
         return fmt::format("<slcmap.Run '{}': {} poses, {} keyframes, {} landmarks, {} lines, {}>",
                            r.method, r.states.size(), r.keyframes.size(), r.landmarks.size(),

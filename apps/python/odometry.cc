@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 
+#include "apps/evaluation/trajectory_metrics.h"
 #include "apps/python/arrays.h"
 #include "data/core/error.h"
 
@@ -111,14 +112,6 @@ std::unique_ptr<LiveOdometry> MakeOdometry(const Rig& rig, const std::string& me
   return std::make_unique<LiveOdometry>(rig, options, threads);
 }
 
-PyTrajectory GetTrajectory(const LiveOdometry& odometry) {
-  PyTrajectory trajectory;
-  for (const OnlineState& state : odometry.states()) {
-    trajectory.poses.push_back({state.stamp_ns, state.T_world_imu});
-  }
-  return trajectory;
-}
-
 // n x 6: starts and ends.
 py::array_t<double> GetLines(LiveOdometry& odometry) {
   std::vector<Eigen::Matrix<double, 6, 1>> ends;
@@ -170,7 +163,9 @@ void AddOdometry(py::module_& module) {
       .def("finish", &LiveOdometry::Finish,
            "Waits for what is under way; the newest State, or None.")
       .def_property_readonly("method", &LiveOdometry::method)
-      .def_property_readonly("trajectory", &GetTrajectory, "All states so far, as a Trajectory.")
+      .def_property_readonly(
+          "trajectory", [](const LiveOdometry& o) { return PyTrajectory{OnlinePoses(o.states())}; },
+          "All states so far, as a Trajectory.")
       .def_property_readonly("points", &GetPoints, "n x 3, metres: landmarks so far.")
       .def_property_readonly("lines", &GetLines, "n x 6, metres: starts and ends of lines so far.")
       .def_property_readonly(

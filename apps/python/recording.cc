@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "apps/commands/options.h"
 #include "apps/python/arrays.h"
 #include "data/core/error.h"
 #include "data/source/recorded_source.h"
@@ -156,22 +157,8 @@ std::unique_ptr<Recording> OpenRecording(const std::filesystem::path& path,
 
 // The command line that names the recording, opened so.
 std::vector<std::string> Arguments(const Recording& recording) {
-  const SequenceOptions& options = recording.options();
-  const SequenceOptions usual;
-  std::vector<std::string> arguments = {recording.path()};
-  const auto add = [&](const char* name, const std::string& value) {
-    arguments.insert(arguments.end(), {name, value});
-  };
-  if (!options.calibration.empty()) add("--calibration", options.calibration);
-  if (!options.cameras.empty())
-    add("--cameras", fmt::format("{}", fmt::join(options.cameras, ",")));
-  if (!options.masks.empty()) add("--mask", fmt::format("{}", fmt::join(options.masks, ",")));
-  if (options.max_stereo_offset_s != usual.max_stereo_offset_s) {
-    add("--pair-tolerance", fmt::format("{}", 1e3 * options.max_stereo_offset_s));
-  }
-  if (options.right_offset_s != 0) {
-    add("--right-offset", fmt::format("{}", 1e3 * options.right_offset_s));
-  }
+  std::vector<std::string> arguments = SequenceArguments(recording.options());
+  arguments.insert(arguments.begin(), recording.path());
   return arguments;
 }
 
@@ -187,12 +174,9 @@ std::string Describe(const Recording& recording) {
 py::dict ImuColumns(const py::object& self) {
   const std::vector<ImuSample>& imu = self.cast<Recording&>().Imu();
   py::dict columns;
-  columns["stamps_ns"] = Column(
-      imu, [](const ImuSample& s) { return &s.stamp_ns; }, 1, self);
-  columns["gyro"] = Column(
-      imu, [](const ImuSample& s) { return s.angular_velocity_rad_s.data(); }, 3, self);
-  columns["accel"] = Column(
-      imu, [](const ImuSample& s) { return s.specific_force_m_s2.data(); }, 3, self);
+  columns["stamps_ns"] = Column(imu, &ImuSample::stamp_ns, self);
+  columns["gyro"] = Column(imu, &ImuSample::angular_velocity_rad_s, self);
+  columns["accel"] = Column(imu, &ImuSample::specific_force_m_s2, self);
   return columns;
 }
 
@@ -239,9 +223,7 @@ void AddRecording(py::module_& module) {
       .def_property_readonly(
           "stamps_ns",
           [](const py::object& self) {
-            return Column(
-                self.cast<Recording&>().info().pair_stamps_ns,
-                [](const int64_t& stamp_ns) { return &stamp_ns; }, 1, self);
+            return Column(self.cast<Recording&>().info().pair_stamps_ns, std::identity(), self);
           },
           "n, int64: of all pairs, on the camera's clock.")
       .def_property_readonly("imu", &ImuColumns,

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "apps/evaluation/trajectory_metrics.h"
 #include "apps/python/arrays.h"
 #include "data/calibration/calibration.h"
 #include "data/calibration/camera_words.h"
@@ -261,14 +262,10 @@ py::array_t<double> Quaternions(const PyTrajectory& trajectory) {
 
 std::string DescribeTrajectory(const PyTrajectory& trajectory) {
   const Trajectory& poses = trajectory.poses;
-  double length_m = 0;
-  for (size_t i = 1; i < poses.size(); ++i) {
-    length_m += (poses[i].T_world_imu.translation - poses[i - 1].T_world_imu.translation).norm();
-  }
   const double span_s =
       poses.empty() ? 0 : ToSeconds(poses.back().stamp_ns - poses.front().stamp_ns);
   return fmt::format("<slcmap.Trajectory {} poses, {:.2f} s, {:.2f} m>", poses.size(), span_s,
-                     length_m);
+                     MeasurePathLength_m(poses));
 }
 
 // evo, a program that compares trajectories, where it is installed.
@@ -303,18 +300,16 @@ void AddTrajectory(py::module_& module) {
       .def_property_readonly(
           "stamps_ns",
           [](const py::object& self) {
-            return Column(
-                self.cast<const PyTrajectory&>().poses,
-                [](const StampedPose& pose) { return &pose.stamp_ns; }, 1, self);
+            return Column(self.cast<const PyTrajectory&>().poses, &StampedPose::stamp_ns, self);
           },
           "n, int64.")
       .def_property_readonly(
           "positions",
           [](const py::object& self) {
-            return Column(
-                self.cast<const PyTrajectory&>().poses,
-                [](const StampedPose& pose) { return pose.T_world_imu.translation.data(); }, 3,
-                self);
+            const auto place = [](const StampedPose& pose) -> const Eigen::Vector3d& {
+              return pose.T_world_imu.translation;
+            };
+            return Column(self.cast<const PyTrajectory&>().poses, place, self);
           },
           "n x 3, metres, in the world.")
       .def_property_readonly("quaternions_wxyz", &Quaternions, "n x 4.")

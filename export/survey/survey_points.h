@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "data/core/coordinate_system.h"
-#include "data/core/georeference.h"
 #include "data/core/polygon.h"
 #include "mapping/map/map.h"
 
