@@ -310,6 +310,8 @@ Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
   }
   const bool is_scalar_first =
       form.quaternion.empty() ? table.is_scalar_first : form.quaternion.starts_with("wxyz");
+  // What is upright stays as it is, to the last bit.
+  const bool is_upright = form.Up() == Eigen::Vector3d::UnitZ();
   const RigidTransform turn{TurnUp(form.Up()), Eigen::Vector3d::Zero()};
   const int64_t offset_ns = std::llround(form.offset_s * 1e9);
   Trajectory trajectory;
@@ -318,7 +320,7 @@ Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
                      form.scale * row.p};
     if (form.IsInverse()) T = T.Inverse();
     if (form.IsOfCamera()) T = T * T_imu_camera->Inverse();
-    trajectory.push_back({row.stamp_ns + offset_ns, turn * T});
+    trajectory.push_back({row.stamp_ns + offset_ns, is_upright ? T : turn * T});
   }
   return trajectory;
 }

@@ -106,14 +106,14 @@ MapLine EdgeAlongX(const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
   return line;
 }
 
-// All that files hold, in two storeys, in another place.
+// All that files hold, in two storeys, some of it far from the origin.
 MapResult MakeFullMap() {
   MapResult map;
   map.building = testing::MakeBuilding(2, 0.2);
   map.building.planes = {WallWithDoor()};
   map.trajectory = {{0, {}}, {100'000'000, {}}, {5'000'000'000, {}}, {5'100'000'000, {}}};
-  map.points.emplace_back().p_world = {123.45678, -0.00012, 3.3};
-  map.lines = {EdgeAlongX({0.12341, 0.98768, 3.5}, {5, 5, 3.5})};
+  map.points.emplace_back().p_world = {1123.45678, -2000.00012, 3.3};
+  map.lines = {EdgeAlongX({1000.12341, -1999.01232, 3.5}, {1005, -1995, 3.5})};
   map.pipes = PipesOfAllAxes();
   return map;
 }
@@ -205,7 +205,7 @@ TEST_F(EzdxfTest, CoordinatesSurviveAndPlanesAreFacesWithoutTheirOpeningsBesideO
         "POLYLINE TRAJECTORY 2 open\nPOLYLINE TRAJECTORY 2 open", "LAYER S0_X_PIPE on",
         "LINE S0_X_PIPE 3.0000", "LINE S0_Y_PIPE 2.0000", "LINE S0_VERTICAL_PIPE 2.0000",
         "LINE S0_OTHER_PIPE 1.5000", "LINE S0_SLOPED_PIPE 2.2361", "LINE S1_VERTICAL_PIPE 2.0000",
-        "STARTS S1_SLOPED_PIPE 1001.0000 -1999.0000 3.4000"}) {
+        "STARTS S1_SLOPED_PIPE 1.0000 1.0000 3.4000"}) {
     EXPECT_THAT(read_["full/map.dxf"], HasSubstr(rows));
   }
 }
