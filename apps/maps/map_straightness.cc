@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -230,7 +231,98 @@ void AlongPiece(const PlySegment& s, double step_m, Visit visit) {
 
 using Edge = std::vector<PlySegment>;
 
-std::vector<Edge> AssembleEdges(const std::vector<PlySegment>& lines) {
+// The ends of pieces, and who ends there.
+using Place = std::array<int64_t, 3>;
+using EndsAt = std::map<Place, std::vector<size_t>>;
+
+Place PlaceOf(const Vector3d& p) {
+  constexpr double kGrid_m = 1e-4;
+  return {std::llround(p.x() / kGrid_m), std::llround(p.y() / kGrid_m),
+          std::llround(p.z() / kGrid_m)};
+}
+
+// The places of a chain that stay where it is drawn as straight as its ends are known, and both
+// ends (D. Douglas and T. Peucker, 1973).
+std::vector<size_t> FindCorners(const std::vector<Vector3d>& chain) {
+  std::vector<size_t> corners = {0, chain.size() - 1};
+  std::vector<std::pair<size_t, size_t>> left = {{0, chain.size() - 1}};
+  while (!left.empty()) {
+    const auto [from, to] = left.back();
+    left.pop_back();
+    const Vector3d chord = chain[to] - chain[from];
+    size_t farthest = from;
+    double most_m = kEnd_m;
+    for (size_t i = from + 1; i < to; ++i) {
+      const Vector3d offset = chain[i] - chain[from];
+      const double share =
+          chord.isZero() ? 0 : std::clamp(offset.dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+      const double off_m = (offset - share * chord).norm();
+      if (off_m > most_m) most_m = off_m, farthest = i;
+    }
+    if (farthest == from) continue;
+    corners.push_back(farthest);
+    left.insert(left.end(), {{from, farthest}, {farthest, to}});
+  }
+  std::ranges::sort(corners);
+  return corners;
+}
+
+// Pieces in a row, each of which ends where the next one begins, and the places between them.
+struct Chain {
+  std::vector<size_t> pieces;
+  std::vector<Vector3d> places;
+};
+
+Chain FollowChain(const std::vector<PlySegment>& lines, const EndsAt& ends, size_t first,
+                  bool backwards, std::vector<bool>* passed) {
+  Chain chain{{}, {backwards ? lines[first].end_world : lines[first].start_world}};
+  for (size_t piece = first; !(*passed)[piece];) {
+    (*passed)[piece] = true;
+    const PlySegment& line = lines[piece];
+    const bool is_turned = PlaceOf(line.start_world) != PlaceOf(chain.places.back());
+    chain.pieces.push_back(piece);
+    chain.places.push_back(is_turned ? line.start_world : line.end_world);
+    const std::vector<size_t>& next = ends.at(PlaceOf(chain.places.back()));
+    if (next.size() == 2) piece = next[0] == piece ? next[1] : next[0];
+  }
+  return chain;
+}
+
+// Pieces that follow each other straight on, as one: its direction does not hang on how short they
+// are.
+std::vector<std::pair<PlySegment, std::vector<size_t>>> FindRuns(
+    const std::vector<PlySegment>& lines) {
+  EndsAt ends;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    ends[PlaceOf(lines[i].start_world)].push_back(i);
+    ends[PlaceOf(lines[i].end_world)].push_back(i);
+  }
+  std::vector<std::pair<PlySegment, std::vector<size_t>>> runs;
+  std::vector<bool> passed(lines.size(), false);
+  const auto follow = [&](size_t first, bool backwards) {
+    const Chain chain = FollowChain(lines, ends, first, backwards, &passed);
+    if (chain.pieces.empty()) return;
+    const std::vector<size_t> kept = FindCorners(chain.places);
+    for (size_t k = 1; k < kept.size(); ++k) {
+      const auto at = [&](size_t i) { return chain.pieces.begin() + static_cast<int64_t>(i); };
+      runs.push_back(
+          {{chain.places[kept[k - 1]], chain.places[kept[k]]}, {at(kept[k - 1]), at(kept[k])}});
+    }
+  };
+  for (size_t i = 0; i < lines.size(); ++i) {
+    for (const bool backwards : {false, true}) {
+      const Vector3d& end = backwards ? lines[i].end_world : lines[i].start_world;
+      if (ends.at(PlaceOf(end)).size() != 2) follow(i, backwards);
+    }
+  }
+  for (size_t i = 0; i < lines.size(); ++i) follow(i, false);  // those that close
+  return runs;
+}
+
+std::vector<Edge> AssembleEdges(const std::vector<PlySegment>& pieces) {
+  const auto runs = FindRuns(pieces);
+  std::vector<PlySegment> lines;
+  for (const auto& [line, own] : runs) lines.push_back(line);
   std::vector<Eigen::Vector3f> knots;
   std::vector<size_t> piece_of;
   const Vector3d origin = lines.front().start_world;
@@ -253,7 +345,9 @@ std::vector<Edge> AssembleEdges(const std::vector<PlySegment>& lines) {
     }
   }
   std::map<size_t, Edge> edges;
-  for (size_t i = 0; i < lines.size(); ++i) edges[sets.Root(i)].push_back(lines[i]);
+  for (size_t i = 0; i < runs.size(); ++i) {
+    for (const size_t piece : runs[i].second) edges[sets.Root(i)].push_back(pieces[piece]);
+  }
   std::vector<Edge> all;
   for (auto& [root, edge] : edges) all.push_back(std::move(edge));
   return all;
@@ -303,7 +397,13 @@ EdgePlaces PlaceEdge(const Edge& edge) {
     result.places.emplace_back(result.along.dot(offset), result.first_across.dot(offset),
                                result.second_across.dot(offset));
   }
-  for (size_t i = 0; i < samples.size(); ++i) lengths_m[cell(result.places[i].x())] += weights[i];
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double low_m = result.places[i].x() - 0.5 * weights[i], high_m = low_m + weights[i];
+    for (int64_t at = cell(low_m); at <= cell(high_m); ++at) {
+      const double from_m = 2 * kSample_m * static_cast<double>(at);
+      lengths_m[at] += std::min(high_m, from_m + 2 * kSample_m) - std::max(low_m, from_m);
+    }
+  }
   double from_m = HUGE_VAL, to_m = -HUGE_VAL;
   for (size_t i = 0; i < samples.size(); ++i) {
     const double beside = std::max(1.0, lengths_m[cell(result.places[i].x())] / (2 * kSample_m));

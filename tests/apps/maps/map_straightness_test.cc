@@ -214,6 +214,25 @@ TEST(EdgesOfAnyMap, AreTheSameHoweverTheyWereCut) {
   }
 }
 
+// Three edges that meet in a corner, in pieces of any length.
+TEST(EdgesOfAnyMap, ThatMeetStayApartHoweverFineTheyAre) {
+  const auto cut = [](int count) {
+    std::vector<PlySegment> pieces;
+    for (const Vector3d& end : {Vector3d(4, 0, 0), Vector3d(0, 3, 0), Vector3d(0, 0, 2.6)}) {
+      for (int i = 0; i < count; ++i) pieces.push_back({end * i / count, end * (i + 1) / count});
+    }
+    return pieces;
+  };
+  for (const int count : {1, 60, 61, 600, 3000}) {
+    const LineStraightness lines = MeasureLines(cut(count));
+    EXPECT_NEAR(lines.edges_m, 9.6, 0.1) << count;
+    ASSERT_EQ(lines.straightedges.size(), 3u);
+    for (const auto& straightedge : lines.straightedges) {
+      if (straightedge.pieces > 0) EXPECT_LT(straightedge.rms_m, 1e-6) << count;
+    }
+  }
+}
+
 std::string WriteCloud(const TempFolder& folder, const std::string& name,
                        const std::vector<Vector3d>& points, double scale = 1) {
   PlyElement vertices{"vertex", {}};
