@@ -141,6 +141,12 @@ class DxfReader {
     Finish();
     EndPolyline();
     Scale();
+    if (!is_ended_) {
+      spdlog::warn(
+          "{}: found no EOF at its end: it was cut short, or not written to its end; what is "
+          "there is taken",
+          path_);
+    }
     if (inserts_ > 0) {
       spdlog::warn("{}: left out {} inserted blocks; explode them in CAD where they matter", path_,
                    inserts_);
@@ -152,6 +158,7 @@ class DxfReader {
   void Take(int code, std::string_view text) {
     if (code == 0) {
       Finish();
+      is_ended_ = text.starts_with("EOF");
       entity_ = {std::string(text), {}, {}};
       return;
     }
@@ -255,7 +262,7 @@ class DxfReader {
   const std::string& path_;
   const std::string_view bytes_;
   std::string_view variable_;
-  bool in_entities_ = false;
+  bool in_entities_ = false, is_ended_ = false;
   double metres_ = 1;
   DxfEntity entity_;
   std::vector<Vector3d> polyline_;

@@ -85,12 +85,28 @@ bool HasElement(const PlyFile& file, const char* name) {
                      [&](const PlyElement& e) { return e.name == name && e.size() > 0; });
 }
 
+// Of a file of edges, the points at which none of them ends.
+void AddLooseVertices(const PlyFile& file, const std::string& path, ExternalMap* map) {
+  const std::vector<Eigen::Vector3d> positions = Positions(file.Get("vertex", path), path);
+  std::vector<bool> is_end(positions.size(), false);
+  for (const char* end : {"vertex1", "vertex2"}) {
+    for (const double vertex : file.Get("edge", path).Get(end, path).values) {
+      is_end[static_cast<size_t>(vertex)] = true;
+    }
+  }
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (!is_end[i]) AddPoint(positions[i], map);
+  }
+  if (!map->points.empty()) map->format = "PLY with edges and points";
+}
+
 ExternalMap ReadPlyMap(const std::string& path) {
   const PlyFile file = ReadPly(path);
   ExternalMap map;
   if (HasElement(file, "edge")) {
     map.format = "PLY with edges";
     map.lines = Segments(file, path);
+    AddLooseVertices(file, path, &map);
     return map;
   }
   if (!HasElement(file, "vertex")) {

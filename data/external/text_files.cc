@@ -91,16 +91,25 @@ ExternalMap FromLine3D(const std::vector<NumberRow>& rows) {
   return map;
 }
 
-// Whether six columns are points with colours or normals, not segments.
+// Whether six columns are points with colours, to 255 or to 1, or with normals, which may be
+// missing; not segments, of which both ends are places of one kind.
 bool IsPointWithMore(const std::vector<NumberRow>& rows) {
-  const auto is_colour = [](double v) { return IsWholeNumber(v) && v >= 0 && v <= 255; };
-  const bool are_colours = std::all_of(rows.begin(), rows.end(), [&](const NumberRow& r) {
-    return is_colour(r[3]) && is_colour(r[4]) && is_colour(r[5]);
-  });
-  const bool are_normals = std::all_of(rows.begin(), rows.end(), [](const NumberRow& r) {
-    return std::abs(PlaceIn(r, 3).norm() - 1) < 0.01;
-  });
-  return are_colours || are_normals;
+  const auto are_all = [&](size_t from, const auto& holds) {
+    return std::ranges::all_of(rows, [&](const NumberRow& r) {
+      return holds(r[from]) && holds(r[from + 1]) && holds(r[from + 2]);
+    });
+  };
+  const auto is_byte = [](double v) { return IsWholeNumber(v) && v >= 0 && v <= 255; };
+  const auto is_share = [](double v) { return v >= 0 && v <= 1; };
+  // Segments may end at whole metres, but hardly 100 of them away in a building.
+  const auto is_near = [](double v) { return v <= 100; };
+  if (are_all(3, is_byte) && !(are_all(0, IsWholeNumber) && are_all(3, is_near))) return true;
+  if (are_all(3, is_share) && !are_all(0, is_share)) return true;
+  const auto length = [](const NumberRow& r) { return PlaceIn(r, 3).norm(); };
+  const auto is_unit = [&](const NumberRow& r) { return std::abs(length(r) - 1) < 0.01; };
+  return std::ranges::any_of(rows, is_unit) && std::ranges::all_of(rows, [&](const NumberRow& r) {
+           return is_unit(r) || length(r) == 0;
+         });
 }
 
 ExternalMap FromColumns(const std::string& path, const std::vector<NumberRow>& rows) {
@@ -126,8 +135,8 @@ ExternalMap FromColumns(const std::string& path, const std::vector<NumberRow>& r
   return map;
 }
 
-// The points of markers, as rostopic echo prints them: PL-VIO and PL-VINS publish their lines as
-// LINE_LIST, two points a line.
+// The points of markers, as rostopic and ros2 topic echo print them: PL-VIO and PL-VINS publish
+// their lines as LINE_LIST, two points a line.
 ExternalMap FromMarker(std::string_view bytes) {
   ExternalMap map;
   map.format = "text of a marker";
@@ -135,9 +144,9 @@ ExternalMap FromMarker(std::string_view bytes) {
   bool in_points = false;
   ForEachTextRow(bytes, [&](int, std::string_view text) {
     const auto fields = SplitRow(text);
-    if (fields.empty() || fields.front() == "-") return;
-    // Fields of a message stand at its left edge, those of points farther in.
-    if (text.front() != ' ') in_points = fields.front() == "points:";
+    if (fields.empty()) return;
+    // Fields of a message stand at its left edge; points farther in, or behind a dash of ROS 2's.
+    if (text.front() != ' ' && text.front() != '-') in_points = fields.front() == "points:";
     if (!in_points || fields.size() < 2) return;
     const auto value = ParseNumber(fields.back());
     if (value) numbers.push_back(*value);

@@ -30,6 +30,10 @@ TEST(ExternalLines, AreReadFromWhatOthersWrite) {
                    "header: \n  seq: 1\nscale: \n  x: 0.03\n  y: 0.03\n  z: 0.03\npoints: \n  - \n"
                    "    x: 1.0\n    y: 2.0\n    z: 3.0\n  - \n    x: 4.0\n    y: 5.0\n    z: 6.5\n"
                    "colors: []\ntext: ''\n---\n"),
+      folder.Write(
+          "ros2.txt",
+          "scale:\n  x: 0.03\n  y: 0.03\n  z: 0.03\npoints:\n- x: 1.0\n  y: 2.0\n  z: 3.0\n"
+          "- x: 4.0\n  y: 5.0\n  z: 6.5\ncolors: []\n---\n"),
       folder.Write("a.dxf",
                    "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n10\n1\n20\n2\n30\n3\n11\n4\n21\n5\n31\n"
                    "6.5\n0\nENDSEC\n0\nEOF\n"),
@@ -87,6 +91,20 @@ TEST(ExternalClouds, AreReadFromWhatOthersWrite) {
   EXPECT_EQ(ascii.points[0], Vector3d(1, 2, 3));
   const ExternalMap text = ReadExternalMap(folder.Write("a.xyz", "1 2 3 255 0 17\n4 5 6 1 2 3\n"));
   EXPECT_EQ(text.points.size(), 2u);
+  // Six columns: with colours to 1, with normals of which some are missing, and edges of whole
+  // metres.
+  for (const char* rows : {"1 2 3 0.5 0 1\n4 5 6 0.1 0.2 0.3\n", "1 2 3 0 0 1\n4 5 6 0 0 0\n"}) {
+    EXPECT_EQ(ReadExternalMap(folder.Write("b.xyz", rows)).points.size(), 2u) << rows;
+  }
+  EXPECT_EQ(ReadExternalMap(folder.Write("c.txt", "0 0 0 6 0 0\n6 0 0 6 4 0\n")).lines.size(), 2u);
+  const ExternalMap both = ReadExternalMap(
+      folder.Write("both.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float "
+                   "y\nproperty float z\n"
+                   "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+                   "1 2 3\n7 7 7\n4 5 6.5\n8 8 8\n0 2\n"));
+  EXPECT_EQ(both.lines.size(), 1u);
+  EXPECT_EQ(both.points.size(), 2u);
   const ExternalMap mesh =
       ReadExternalMap(folder.Write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2 3 4\n"));
   EXPECT_EQ(mesh.triangles.size(), 2u);
