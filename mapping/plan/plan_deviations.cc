@@ -85,8 +85,10 @@ class PlanComparer {
       const int count = std::max(1, static_cast<int>(std::lround(built.Length() / kSample_m)));
       for (int k = 0; k < count; ++k) {
         const Vector2d p = built.start + (k + 0.5) / count * (built.end - built.start);
-        const auto match = index_.FindNearest(p, built.Normal(), kSameWall_m);
-        matched_[i].push_back(match.has_value());
+        const bool is_measured = built_.faces[i].IsMeasuredAt((k + 0.5) / count);
+        const auto match =
+            is_measured ? index_.FindNearest(p, built.Normal(), kSameWall_m) : std::nullopt;
+        matched_[i].push_back(match || !is_measured);
         if (!match) continue;
         const PlannedFace planned = FacingAlike(plan_.faces[*match], built.Normal());
         const double half_m = 0.5 * built.Length() / count;
@@ -346,7 +348,7 @@ class PlanComparer {
   const FaceIndex index_;
   std::vector<FacePair> pairs_;
   std::vector<std::vector<std::pair<double, double>>> covered_;  // of planned faces
-  std::vector<std::vector<bool>> matched_;                       // by sample of built faces
+  std::vector<std::vector<bool>> matched_;  // by sample of built faces; what was not measured is
 };
 
 }  // namespace

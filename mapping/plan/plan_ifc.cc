@@ -52,8 +52,12 @@ class StepModel {
     if (!text_.starts_with("ISO-10303-21")) {
       throw DataError(path + ": found no ISO-10303-21 at its start, expected an IFC file (STEP)");
     }
+    if (text_.find("END-ISO-10303-21") == std::string::npos) {
+      spdlog::warn("{}: found no END-ISO-10303-21: it was cut short; what is there is taken", path);
+    }
     // Rows may be broken anywhere between words.
     std::erase_if(text_, [](char c) { return c == '\n' || c == '\r'; });
+    TakeOutComments();
     bool in_text = false;
     std::size_t from = 0;
     for (std::size_t i = 0; i < text_.size(); ++i) {
@@ -95,6 +99,22 @@ class StepModel {
   }
 
  private:
+  void TakeOutComments() {
+    std::string left;
+    bool in_text = false;
+    for (std::size_t i = 0; i < text_.size(); ++i) {
+      if (text_[i] == '\'') in_text = !in_text;
+      if (in_text || text_.compare(i, 2, "/*") != 0) {
+        left += text_[i];
+        continue;
+      }
+      const std::size_t end = text_.find("*/", i + 2);
+      if (end == std::string::npos) break;
+      i = end + 1;
+    }
+    text_ = std::move(left);
+  }
+
   void AddRow(std::string_view row) {
     const std::size_t start = row.find('#'), equals = row.find('='), open = row.find('(');
     if (start == std::string_view::npos || equals > open || open == std::string_view::npos) return;
@@ -121,7 +141,11 @@ class IfcWalls {
   explicit IfcWalls(const std::string& path) : model_(path) {
     for (const auto& [id, entity] : model_.entities()) {
       const std::string self = fmt::format("#{}", id);
-      if (entity.type == "IFCSIUNIT") ReadUnit(entity);
+      if (entity.type == "IFCUNITASSIGNMENT") {
+        for (const std::string_view unit : SplitStep(model_.Argument(entity, 0))) {
+          if (const auto metres = MetresOf(model_.At(unit))) unit_m_ = *metres;
+        }
+      }
       if (entity.type == "IFCRELVOIDSELEMENT") {
         holes_[std::string(model_.Argument(entity, 4))].push_back(
             &model_.At(model_.Argument(entity, 5)));
@@ -154,13 +178,24 @@ class IfcWalls {
  private:
   static constexpr double kIfcGrid_m = 1e-3;
 
-  // IFCSIUNIT(*,.LENGTHUNIT.,.MILLI.,.METRE.)
-  void ReadUnit(const StepEntity& unit) {
+  // Of a unit of length: IFCSIUNIT(*,.LENGTHUNIT.,.MILLI.,.METRE.), or feet and inches as
+  // IFCCONVERSIONBASEDUNIT(#,.LENGTHUNIT.,'FOOT',#) of an
+  // IFCMEASUREWITHUNIT(IFCLENGTHMEASURE(0.3048),#).
+  std::optional<double> MetresOf(const StepEntity& unit, int depth = 0) const {
     static const std::map<std::string_view, double> prefixes = {
-        {"$", 1}, {".MILLI.", 1e-3}, {".CENTI.", 1e-2}, {".DECI.", 0.1}};
-    if (model_.Argument(unit, 1) != ".LENGTHUNIT.") return;
-    const auto prefix = prefixes.find(model_.Argument(unit, 2));
-    if (prefix != prefixes.end()) unit_m_ = prefix->second;
+        {"$", 1}, {".MILLI.", 1e-3}, {".CENTI.", 1e-2}, {".DECI.", 0.1}, {".KILO.", 1e3}};
+    const bool is_si = unit.type == "IFCSIUNIT", is_other = unit.type == "IFCCONVERSIONBASEDUNIT";
+    if ((!is_si && !is_other) || model_.Argument(unit, 1) != ".LENGTHUNIT.") return std::nullopt;
+    if (is_si) {
+      const auto prefix = prefixes.find(model_.Argument(unit, 2));
+      return prefix == prefixes.end() ? std::nullopt : std::optional(prefix->second);
+    }
+    constexpr int kDeepest = 5;  // units that go in a circle are none
+    const StepEntity& measure = model_.At(model_.Argument(unit, 3));
+    if (depth >= kDeepest) return std::nullopt;
+    const auto base_m = MetresOf(model_.At(model_.Argument(measure, 1)), depth + 1);
+    if (!base_m) return std::nullopt;
+    return *base_m * model_.Number(Inside(model_.Argument(measure, 0)));
   }
 
   void AddWall(const std::string& self, const StepEntity& wall) {

@@ -19,6 +19,14 @@ namespace slcmap::inline mapping {
 struct MappedFace {
   PlannedFace face;
   int64_t plane = -1;
+  // Of as many equal parts, from its start, whether something was measured of them; none: of all. A
+  // plane goes on across niches, and behind what stands before it.
+  std::vector<bool> measured = {};
+
+  bool IsMeasuredAt(double share) const {
+    const auto at = static_cast<std::size_t>(share * static_cast<double>(measured.size()));
+    return measured.empty() || measured[std::min(at, measured.size() - 1)];
+  }
 };
 
 struct BuiltOpening {

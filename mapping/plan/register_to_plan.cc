@@ -102,6 +102,32 @@ PlacedStorey PlaceBest(const MapResult& map, const std::vector<BuildingPlan>& pl
   return best;
 }
 
+// By part of a wall's face, whether more of what was measured within reach is on it than beside it.
+std::vector<bool> FindMeasured(const BuildingPlane& plane, const PlannedFace& face,
+                               const std::vector<DensePoint>& dense) {
+  constexpr double kPart_m = 0.05, kOn_m = 0.05, kReach_m = 0.25, kAlike = 0.7;
+  Interval heights_m{1e9, -1e9};
+  for (const Eigen::Vector3d& p : plane.outline_world) {
+    heights_m = {std::min(heights_m.from_m, p.z()), std::max(heights_m.to_m, p.z())};
+  }
+  const auto count = static_cast<std::size_t>(std::max(1.0, std::round(face.Length() / kPart_m)));
+  std::vector<int> on(count), beside(count);
+  for (const DensePoint& point : dense) {
+    const Vector2d offset = point.p_world.head<2>() - face.start;
+    const double share = face.Along().dot(offset) / face.Length();
+    const double across_m = std::abs(face.Normal().dot(offset));
+    if (share < 0 || share >= 1 || across_m > kReach_m || point.p_world.z() < heights_m.from_m ||
+        point.p_world.z() > heights_m.to_m || point.normal_world.dot(plane.normal) < kAlike) {
+      continue;
+    }
+    auto& counts = across_m < kOn_m ? on : beside;
+    ++counts[static_cast<std::size_t>(share * static_cast<double>(count))];
+  }
+  std::vector<bool> measured(count);
+  for (std::size_t i = 0; i < count; ++i) measured[i] = on[i] > beside[i];
+  return measured;
+}
+
 }  // namespace
 
 void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
@@ -115,15 +141,16 @@ void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
         seen_m, kLeastAgreeing_m));
   }
   const double share = placement->AgreeingShare();
+  const std::optional<PlanPlacement> mirrored =
+      FindPlacement(built, MirrorPlan(plan), std::nullopt);
+  if (mirrored && mirrored->score_m > placement->score_m &&
+      mirrored->AgreeingShare() > std::max(share + 0.1, kLeastAgreeingShare)) {
+    throw DataError(fmt::format(
+        "found that {:.0f} % of the walls agree with the plan, and {:.0f} % with its mirror "
+        "image, expected x to the right and y up as seen from above: mirror the plan",
+        100 * share, 100 * mirrored->AgreeingShare()));
+  }
   if (share < kLeastAgreeingShare || placement->agreeing_m < kLeastAgreeing_m) {
-    const std::optional<PlanPlacement> mirrored =
-        FindPlacement(built, MirrorPlan(plan), std::nullopt);
-    if (mirrored && mirrored->AgreeingShare() > std::max(share + 0.1, kLeastAgreeingShare)) {
-      throw DataError(fmt::format(
-          "found that {:.0f} % of the walls agree with the plan, and {:.0f} % with its mirror "
-          "image, expected x to the right and y up as seen from above: mirror the plan",
-          100 * share, 100 * mirrored->AgreeingShare()));
-    }
     throw DataError(fmt::format(
         "found that at the best place, {}, {:.0f} % of what the map knows of walls agrees with the "
         "plan, expected {:.0f} %: is it the plan of another floor, or of another scale?",
@@ -143,7 +170,8 @@ BuiltStorey MakeBuiltStorey(const MapResult& map, const Storey& storey) {
   built.id = storey.id;
   for (const BuildingPlane& plane : map.building.planes) {
     if (plane.kind != PlaneKind::kWall || plane.inferred || plane.storey != storey.id) continue;
-    built.faces.push_back({FaceFrom(plane), plane.id});
+    const PlannedFace face = FaceFrom(plane);
+    built.faces.push_back({face, plane.id, FindMeasured(plane, face, map.dense)});
   }
   for (const PlanWall& wall : map.building.walls) {
     if (wall.storey != storey.id) continue;

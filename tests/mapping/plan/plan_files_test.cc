@@ -125,8 +125,42 @@ TEST(PlanFiles, ReadsDxfInItsUnits) {
   };
   ExpectRoom(read(Dxf("A-Wall", 6, 1)), 1e-6);
   ExpectRoom(read(Dxf("WALLS", 4, 1000)), 1e-6);
+  // Layers of two disciplines are of one storey, but not those of two storeys.
+  std::string two = Dxf("A-WALL", 6, 1);
+  two.replace(two.find("A-WALL"), 1, "S");
+  ExpectRoom(read(two), 1e-6);
+  two.replace(two.find("S-WALL"), 1, "S1_");
+  EXPECT_EQ(ReadPlans(folder.Path("room.dxf"), 0).size(), 1u);
+  EXPECT_EQ(ReadPlans(folder.Write("two.dxf", two), 0).size(), 2u);
   EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("FURNITURE", 6, 1)); }), HasSubstr("FURNITURE"));
   EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("WALL", 0, 1000)); }), HasSubstr("in metres"));
+}
+
+// A wall of 5 by 0.2 units as others write it: with a comment, and units of all kinds.
+std::string Ifc(const std::string& unit) {
+  return "ISO-10303-21;\nDATA;\n/* don't; */\n#1=IFCUNITASSIGNMENT((#2));\n" + unit +
+         "#5=IFCSIUNIT(*,.LENGTHUNIT.,.CENTI.,.METRE.);\n"
+         "#10=IFCCARTESIANPOINT((0.,0.,0.));\n#11=IFCAXIS2PLACEMENT3D(#10,$,$);\n"
+         "#12=IFCLOCALPLACEMENT($,#11);\n#13=IFCRECTANGLEPROFILEDEF(.AREA.,$,$,5.,0.2);\n"
+         "#14=IFCDIRECTION((0.,0.,1.));\n#15=IFCEXTRUDEDAREASOLID(#13,#11,#14,3.);\n"
+         "#16=IFCSHAPEREPRESENTATION($,'Body','SweptSolid',(#15));\n"
+         "#17=IFCPRODUCTDEFINITIONSHAPE($,$,(#16));\n"
+         "#18=IFCWALL('a',$,$,$,$,#12,#17,$,$);\nENDSEC;\nEND-ISO-10303-21;\n";
+}
+
+TEST(PlanFiles, ReadsIfcInItsUnits) {
+  const testing::TempFolder folder;
+  const auto length_m = [&](const std::string& unit) {
+    const BuildingPlan plan = ReadPlans(folder.Write("wall.ifc", Ifc(unit)), 0)[0];
+    double most_m = 0;
+    for (const PlannedFace& face : plan.faces) most_m = std::max(most_m, face.Length());
+    return most_m;
+  };
+  EXPECT_NEAR(length_m("#2=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"), 5, 1e-6);
+  EXPECT_NEAR(length_m("#2=IFCCONVERSIONBASEDUNIT(#4,.LENGTHUNIT.,'FOOT',#3);\n"
+                       "#3=IFCMEASUREWITHUNIT(IFCLENGTHMEASURE(0.3048),#6);\n"
+                       "#6=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"),
+              5 * 0.3048, 2e-3);
 }
 
 }  // namespace
