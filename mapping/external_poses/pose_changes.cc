@@ -167,7 +167,13 @@ std::string WordsOfDrift(const std::vector<StepPair>& pairs) {
 
 // Of both sides of where they differ most.
 std::string WordsOfScales(const std::vector<StepPair>& pairs, double scale) {
-  constexpr double kLeast = 0.06, kSigmas = 5;  // images alone have 0.035 in EuRoC MH_01
+  constexpr double kLeast = 0.06, kSigmas = 5;     // images alone have 0.035 in EuRoC MH_01
+  constexpr double kLeastWay_m = 3 * kWaySigma_m;  // of usual steps: what rests tells no scale
+  const auto moves = [](const auto& from, const auto& to) {
+    std::vector<double> ways_m;
+    for (auto at = from; at != to; ++at) ways_m.push_back(at->known.T_from_to.translation.norm());
+    return Quantile(ways_m, 0.5) >= kLeastWay_m;
+  };
   double most = kSigmas;
   std::string words;
   for (auto at = pairs.begin() + kLeastSteps; at + kLeastSteps <= pairs.end(); ++at) {
@@ -177,6 +183,7 @@ std::string WordsOfScales(const std::vector<StepPair>& pairs, double scale) {
     const double change = std::abs(second - first) / scale;
     const double in_sigmas = change * scale / std::hypot(sigmas[0], sigmas[1]);
     if (!(change > kLeast && in_sigmas > most && first > 0 && second > 0)) continue;
+    if (!moves(pairs.begin(), at) || !moves(at, pairs.end())) continue;
     most = in_sigmas;
     words = fmt::format(
         "their scale changes: lengths are {:.3f} times what they should be before {:.3f} s, {:.3f} "

@@ -272,9 +272,10 @@ void SetMoved(const std::vector<BodyStep>& steps, PoseReading* result) {
   result->moved_m = Quantile(ways_m, 0.5);
 }
 
-// Of many offsets those at which the rig turned as much as the poses do, whatever they are of.
-std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
-                                   const std::vector<Reading>& readings, int most) {
+// Of many offsets those at which the rig turned and went as much as the poses do, whatever they are
+// of: a walk straight on hardly turns.
+std::vector<int64_t> LikelyByMotion(const std::vector<int64_t>& offsets_ns,
+                                    const std::vector<Reading>& readings, int most) {
   constexpr size_t kMost = 100;
   if (offsets_ns.size() <= kMost) return offsets_ns;
   std::vector<std::pair<double, int64_t>> costs;
@@ -283,10 +284,15 @@ std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
       double sum = 0;
       const std::vector<StepPair> pairs = PairsAt(reading->poses, reading->steps, offset_ns);
       if (3 * std::ssize(pairs) < 2 * most) continue;
+      double scale_sigma = 0;
+      const double scale = EstimateScale(pairs, &scale_sigma);
       for (const StepPair& pair : pairs) {
         const double apart_rad = LogRotation(pair.known.T_from_to.rotation).norm() -
                                  LogRotation(pair.posed.rotation).norm();
-        sum += std::min(kMostStepSigmas, std::abs(apart_rad) / kTurnSigma_rad);
+        const double apart_m =
+            pair.known.T_from_to.translation.norm() - scale * pair.posed.translation.norm();
+        sum += std::min(kMostStepSigmas,
+                        std::hypot(apart_rad / kTurnSigma_rad, apart_m / kWaySigma_m));
       }
       costs.emplace_back(sum / static_cast<double>(pairs.size()), offset_ns);
     }
@@ -315,7 +321,7 @@ std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readi
     if (most < kLeastSteps) return std::nullopt;
     result->is_judged = true;
     const auto found =
-        FindBest(readings, LikelyByTurns(offsets_ns, readings, most), most, given.scale);
+        FindBest(readings, LikelyByMotion(offsets_ns, readings, most), most, given.scale);
     if (!found) return std::nullopt;
     const bool explains = Explains(found->first.off, *result);
     if (!is_far || explains) best = found;

@@ -11,6 +11,7 @@ namespace slcmap {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // A walk that turns about all axes, at 100 Hz for 20 s.
 RigidTransform Walk(double t_s) {
@@ -147,6 +148,34 @@ TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
     EXPECT_FALSE(reading.agrees) << late_s;
     EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << late_s << ": " << reading.words;
     EXPECT_TRUE(Judge(table, reading.form).agrees) << late_s << Judge(table, reading.form).words;
+  }
+}
+
+// Straight on, from rest: only how far it goes tells of the clock, and rests tell no scale.
+TEST(PoseReading, OfAWalkThatHardlyTurnsTheStampsAndTheScaleAreNamedToo) {
+  const auto walk = [](double t_s) {
+    const double moved_s = std::max(0.0, t_s - 3);
+    return RigidTransform{ExpRotation({0, 0, 0.01 * std::sin(t_s)}),
+                          {0.6 * moved_s + 0.25 * std::sin(moved_s), 0.002 * std::sin(5 * t_s), 0}};
+  };
+  std::vector<BodyStep> steps;
+  for (int i = 1; i < 80; ++i) {
+    const double from_s = 0.25 * i, to_s = from_s + 0.5;
+    steps.push_back(
+        {ToNanoseconds(from_s), ToNanoseconds(to_s), walk(from_s).Inverse() * walk(to_s)});
+  }
+  for (const auto& [late_s, scale] : {std::pair{-1600000000.7, 1.0}, std::pair{0.0, 0.9}}) {
+    PoseTable table;
+    for (int i = 0; i < 420; ++i) {
+      const RigidTransform T = walk(0.05 * i);
+      const Eigen::Quaterniond& q = T.rotation;
+      table.rows.push_back(
+          {ToNanoseconds(0.05 * i + late_s), scale * T.translation, {q.x(), q.y(), q.z(), q.w()}});
+    }
+    const PoseReading reading = ClassifyReading(table, {}, steps, kT_imu_camera, "steps");
+    EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << reading.words;
+    EXPECT_NEAR(reading.form.scale * scale, 1, 0.01) << reading.words;
+    EXPECT_THAT(reading.change, Not(HasSubstr("scale"))) << late_s;
   }
 }
 

@@ -136,12 +136,12 @@ TEST(PlanFiles, ReadsDxfInItsUnits) {
   EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("WALL", 0, 1000)); }), HasSubstr("in metres"));
 }
 
-// A wall of 5 by 0.2 units as others write it: with a comment, and units of all kinds.
+// A wall of 20 by 0.2 units as others write it: with a comment, and units of all kinds.
 std::string Ifc(const std::string& unit) {
   return "ISO-10303-21;\nDATA;\n/* don't; */\n#1=IFCUNITASSIGNMENT((#2));\n" + unit +
          "#5=IFCSIUNIT(*,.LENGTHUNIT.,.CENTI.,.METRE.);\n"
          "#10=IFCCARTESIANPOINT((0.,0.,0.));\n#11=IFCAXIS2PLACEMENT3D(#10,$,$);\n"
-         "#12=IFCLOCALPLACEMENT($,#11);\n#13=IFCRECTANGLEPROFILEDEF(.AREA.,$,$,5.,0.2);\n"
+         "#12=IFCLOCALPLACEMENT($,#11);\n#13=IFCRECTANGLEPROFILEDEF(.AREA.,$,$,20.,0.2);\n"
          "#14=IFCDIRECTION((0.,0.,1.));\n#15=IFCEXTRUDEDAREASOLID(#13,#11,#14,3.);\n"
          "#16=IFCSHAPEREPRESENTATION($,'Body','SweptSolid',(#15));\n"
          "#17=IFCPRODUCTDEFINITIONSHAPE($,$,(#16));\n"
@@ -156,11 +156,11 @@ TEST(PlanFiles, ReadsIfcInItsUnits) {
     for (const PlannedFace& face : plan.faces) most_m = std::max(most_m, face.Length());
     return most_m;
   };
-  EXPECT_NEAR(length_m("#2=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"), 5, 1e-6);
+  EXPECT_NEAR(length_m("#2=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"), 20, 1e-6);
   EXPECT_NEAR(length_m("#2=IFCCONVERSIONBASEDUNIT(#4,.LENGTHUNIT.,'FOOT',#3);\n"
                        "#3=IFCMEASUREWITHUNIT(IFCLENGTHMEASURE(0.3048),#6);\n"
                        "#6=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n"),
-              5 * 0.3048, 2e-3);
+              20 * 0.3048, 2e-3);
 }
 
 }  // namespace
