@@ -52,7 +52,13 @@ class LiveOdometry {
       : method_(MethodName(options.method)), odometry_(rig, options, threads) {}
 
   // One sample, or n.
-  void AddImu(const Stamps& stamps_ns, const Vectors& gyro, const Vectors& accel) {
+  void AddImu(const py::object& stamps, const Vectors& gyro, const Vectors& accel) {
+    const py::array given = py::array::ensure(stamps);
+    if (!given || (given.dtype().kind() != 'i' && given.dtype().kind() != 'u')) {
+      throw ConfigError(fmt::format("add_imu: found stamps of {}, expected whole nanoseconds",
+                                    given ? DescribeArray(given) : "no array"));
+    }
+    const Stamps stamps_ns = Stamps::ensure(given);
     const py::ssize_t count = stamps_ns.size();
     if (stamps_ns.ndim() > 1 || gyro.size() != 3 * count || accel.size() != 3 * count) {
       throw ConfigError(fmt::format(

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr double kMaxTransformError_m = 0.01;  // between two entries that say the same
 constexpr double kMaxTransformError_rad = 0.01;
-constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
+constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 1.5;
 constexpr int kMaxCameras = 10;     // of a chain
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
@@ -247,7 +247,8 @@ void CheckRig(const Rig& rig, const std::string& place) {
                      fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
                                  baseline_m, kMinBaseline_m, kMaxBaseline_m),
                      fmt::format("correct the translations of cam{} and cam{} in {} (T_BS, "
-                                 "T_cam_imu or T_imu_cam): metres, not millimetres, and not the "
+                                 "T_cam_imu or T_imu_cam): metres, not millimetres or squares of "
+                                 "a chessboard, and not the "
                                  "same twice; or name two that are apart with --cameras, or one",
                                  first, first + 1, place));
   }

@@ -152,6 +152,15 @@ void ReadKalibrPart(YamlSection* root, Gathered* gathered) {
   parts.found.push_back(root->place());
 }
 
+void RefuseOldOrbSlam(YamlSection* root, Gathered*) {
+  throw InputFault("calibration",
+                   root->place() +
+                       ": found Camera.fx, a file of ORB-SLAM2, or of ORB-SLAM3 before 1.0, which "
+                       "tells of rectified images alone; expected the cameras as they are",
+                   "name the calibration that it was made of, or a file of ORB-SLAM3 1.0 "
+                   "(Camera1.fx, Camera2.fx, Stereo.T_c1_c2, IMU.T_b_c1)");
+}
+
 struct CalibrationForm {
   const char* name;
   bool (*is)(const YamlSection& root);
@@ -170,6 +179,7 @@ bool IsKalibrChain(const YamlSection& root) {
 const CalibrationForm kForms[] = {
     {"ROS camera_info", [](const YamlSection& root) { return root.Has("camera_matrix"); }, ReadRos},
     {"ORB-SLAM3", [](const YamlSection& root) { return root.Has("Camera1.fx"); }, ReadOrbSlam},
+    {"ORB-SLAM2", [](const YamlSection& root) { return root.Has("Camera.fx"); }, RefuseOldOrbSlam},
     {"VINS",
      [](const YamlSection& root) {
        return root.Has("cam0_calib") || root.Has("body_T_cam0") || root.Has("extrinsicRotation");
@@ -260,6 +270,9 @@ RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored,
     Gathered gathered;
     gathered.mirrored = mirrored;
     gathered.warnings = warnings;
+    for (const std::string& path : paths) {
+      gathered.files.insert(std::filesystem::weakly_canonical(path));
+    }
     std::vector<RigParts> told;  // by each file
     for (const std::string& path : paths) {
       YamlSection root = YamlSection::FromFile(path);

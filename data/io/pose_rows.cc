@@ -105,6 +105,13 @@ bool IsNumber(std::string_view text) { return ParseNumber(text).has_value(); }
 double NumberIn(const Fields& fields, size_t column, const std::string& place) {
   const std::optional<double> value = ParseNumber(fields[column]);
   if (value && std::isfinite(*value)) return *value;
+  if (fields[column].find(';') != std::string_view::npos) {
+    throw DataError(fmt::format(
+        "{}: found '{}' in column {}, expected a number with a decimal point: write decimal "
+        "points, and commas or blanks between the columns (a spreadsheet does with the language "
+        "English)",
+        place, fields[column], column + 1));
+  }
   throw DataError(fmt::format("{}: found '{}' in column {}, expected a finite number", place,
                               fields[column], column + 1));
 }

@@ -162,6 +162,9 @@ class OdometryTest(unittest.TestCase):
             self.live.add_stereo(0, np.zeros((240, 376)), None)
         with self.assertRaisesRegex(slcmap.ConfigError, "add_imu: found 2 stamps"):
             self.live.add_imu(np.arange(2), np.zeros((3, 3)), np.zeros((2, 3)))
+        for seconds in (1600000000.5, np.array([0.1, 0.2])):
+            with self.assertRaisesRegex(slcmap.ConfigError, "expected whole nanoseconds"):
+                self.live.add_imu(seconds, np.zeros(3), np.zeros(3))
 
 
 class CommandTest(unittest.TestCase):

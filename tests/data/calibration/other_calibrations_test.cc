@@ -344,6 +344,29 @@ std::string FaultOfFiles(const std::string& paths) {
   return fault.what() + ("; " + fault.remedy());
 }
 
+TEST(OtherForms, FilesThatAnotherOneNamesMayBeNamedToo) {
+  const TempFolder folder;
+  const std::string vins = WriteVins(folder, TwinRig("radtan"));
+  const std::string cameras = folder.Path("cam0.yaml") + "," + folder.Path("cam1.yaml");
+  Warnings warnings;
+  const Rig alone = ReadCalibration(vins, &warnings).rig;
+  for (const std::string& paths : {vins + "," + cameras, cameras + "," + vins}) {
+    const Rig rig = ReadCalibration(paths, &warnings).rig;
+    EXPECT_EQ(rig.cameras[1].fx_px, alone.cameras[1].fx_px);
+    EXPECT_TRUE(rig.T_imu_camera[1].translation == alone.T_imu_camera[1].translation);
+  }
+}
+
+TEST(OtherForms, ThatTellNoWholeRigAreNamed) {
+  const TempFolder folder;
+  EXPECT_THAT(
+      FaultOfFiles(folder.Write("orb2.yaml", "%YAML:1.0\nCamera.fx: 435\nCamera.bf: 47.9\n")),
+      AllOf(HasSubstr("ORB-SLAM2"), HasSubstr("Camera1.fx")));
+  Rig squares = TwinRig("radtan");
+  for (RigidTransform& pose : squares.T_imu_camera) pose.translation /= 0.03;
+  EXPECT_THAT(FaultOfFiles(WriteVins(folder, squares)), HasSubstr("squares of a chessboard"));
+}
+
 TEST(OtherForms, WhatIsMissingIsOneFaultWithATemplate) {
   const TempFolder folder;
   const std::string all = WriteRos(folder, TwinRig("radtan"));

@@ -62,6 +62,7 @@ TEST(Trajectory, ErrorsNameFileAndRow) {
   EXPECT_THAT(message(good + "x 0 0 0 0 0 0 1\n"), HasSubstr("row 2: found 'x', expected a stamp"));
   EXPECT_THAT(message(good + good), HasSubstr("found 1 stamps of 2 that are those of another"));
   EXPECT_THAT(message(good + "2.0 0 0 0 0 0 0 0\n"), HasSubstr("quaternion of norm 0"));
+  EXPECT_THAT(message("1,0;0,5;0,1;1,0;0,1;0,1;0,1;0,9\n"), HasSubstr("decimal point"));
   EXPECT_THAT(message("# nothing\n"), HasSubstr("found no pose"));
   // Stamps whose differences overflow.
   EXPECT_THAT(message("-9e18 0 0 0 0 0 0 1\n9e18 0 0 0 0 0 0 1\n"), HasSubstr("expected a stamp"));
