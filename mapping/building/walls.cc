@@ -76,9 +76,14 @@ void TakeInferred(const std::vector<BuiltFace>& faces, const Face& front,
   }
 }
 
-double CoveredLength(const WallFace& wall) {
-  const auto covered = std::ranges::count_if(wall.shares, [](double share) { return share > 0; });
-  return wall.step_m * static_cast<double>(covered);
+// Of the part of a wall between two places along it.
+double CoveredLength(const WallFace& wall, const Interval& part) {
+  double covered_m = 0;
+  for (size_t i = 0; i < wall.shares.size(); ++i) {
+    const double at_m = wall.face.from_m + (static_cast<double>(i) + 0.5) * wall.step_m;
+    if (wall.shares[i] > 0 && at_m > part.from_m && at_m < part.to_m) covered_m += wall.step_m;
+  }
+  return covered_m;
 }
 
 // The step of a wall that is at a place in the plan; nothing beyond its ends.
@@ -136,7 +141,20 @@ void ClearSharesBehind(const WallFace& pier, WallFace* back) {
   }
 }
 
-bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
+bool IsLong(const BuiltFace& built) {
+  const Face& face = built.wall.face;
+  return CoveredLength(built.wall, {face.from_m, face.to_m}) >= kLong_m;
+}
+
+// Whether a wall ends at a passage: without a lintel, what stands beyond it in the wall's plane is
+// the jamb of a door across, or the like.
+bool EndsAt(const WallFace& wall, const FaceOpening& opening) {
+  constexpr double kStub_m = 0.5;
+  const Face& face = wall.face;
+  return opening.kind == OpeningKind::kPassage &&
+         (CoveredLength(wall, {face.from_m, opening.from_m}) < kStub_m ||
+          CoveredLength(wall, {opening.to_m, face.to_m}) < kStub_m);
+}
 
 // Whether another face is right behind it, as the other side of a wall is; a door's leaf is
 // thinner.
@@ -251,7 +269,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   }
 }
 
-void CutAtNiches(std::vector<BuiltFace>* faces) {
+void CutAtGaps(std::vector<BuiltFace>* faces) {
   std::vector<BuiltFace> cut;
   for (const BuiltFace& built : *faces) {
     const Face& face = built.wall.face;
@@ -264,7 +282,7 @@ void CutAtNiches(std::vector<BuiltFace>* faces) {
     };
     std::vector<Interval> stretches = {{face.from_m, face.to_m}};
     for (const FaceOpening& opening : built.openings) {  // by where they begin
-      if (!is_niche(opening)) continue;
+      if (!is_niche(opening) && !EndsAt(built.wall, opening)) continue;
       stretches.back().to_m = std::min(stretches.back().to_m, opening.from_m);
       stretches.push_back({std::max(stretches.back().from_m, opening.to_m), face.to_m});
     }

@@ -159,6 +159,24 @@ TEST(BuildBuilding, PiersEndAtTheNichesBetweenThem) {
   EXPECT_EQ(piers, 3);
 }
 
+// As the jamb of a door in the wall across stands in its plane.
+TEST(BuildBuilding, AWallEndsWhereHardlyAnythingStandsBeyondAPassage) {
+  for (const double stub_m : {0.2, 1.2}) {
+    const std::string y = std::to_string(4 - stub_m / 2), length = std::to_string(stub_m);
+    const Building building = BuildFrom(R"(
+  - {kind: wall, points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: slab, at: [0, 0, 0], size: [10, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [10, 4], material: ceiling, faces_down: true}
+  - {kind: box, at: [5, 0.9, 0], size: [0.2, 1.8, 2.7]}
+  - {kind: box, at: [5, )" + y + ", 0], size: [0.2, " +
+                                            length + ", 2.7]}\n",
+                                        {{{1, 1, 1.5}, {2, 2.3, 1.5}, {8, 2.3, 1.5}, {9, 1, 1.5}}});
+    const auto passages = OpeningsOf(building);
+    EXPECT_EQ(passages.empty(), stub_m < 0.5) << stub_m;
+    for (const PlaneOpening& opening : passages) EXPECT_EQ(opening.kind, OpeningKind::kPassage);
+  }
+}
+
 // Two rooms beside each other, with a wall between them that has what is given. The second is
 // walked into, or is where another run was.
 enum class Second { kUnseen, kWalkedInto, kOfAnotherRun };
