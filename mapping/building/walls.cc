@@ -97,15 +97,17 @@ Eigen::Vector2d FindMiddle(const WallFace& wall, size_t step) {
   return wall.face.PointAt(wall.face.from_m + (static_cast<double>(step) + 0.5) * wall.step_m);
 }
 
-// Takes a wall's shares where a stronger one stands beside it.
+// Takes a wall's shares where a stronger one stands beside it, or looks at it from so near that no
+// camera was between them.
 void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
-  if (stronger.face.level != weaker->face.level ||
-      stronger.face.normal.dot(weaker->face.normal) < kAlike) {
-    return;
-  }
+  constexpr double kCamera_m = 0.3;
+  const double cosine = stronger.face.normal.dot(weaker->face.normal);
+  if (stronger.face.level != weaker->face.level || std::abs(cosine) < kAlike) return;
   for (size_t i = 0; i < weaker->shares.size(); ++i) {
     const Eigen::Vector2d p = FindMiddle(*weaker, i);
-    if (std::abs(stronger.face.DistanceTo(p)) > kBeside_m) continue;
+    const double before_m = stronger.face.DistanceTo(p);
+    if (cosine > 0 ? std::abs(before_m) > kBeside_m : before_m < 0 || before_m > kCamera_m)
+      continue;
     const auto step = FindStep(stronger, p);
     if (step && stronger.shares[*step] > 0) weaker->shares[i] = 0;
   }
