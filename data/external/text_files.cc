@@ -101,7 +101,7 @@ bool IsPointWithMore(const std::vector<NumberRow>& rows) {
   };
   const auto is_byte = [](double v) { return IsWholeNumber(v) && v >= 0 && v <= 255; };
   const auto is_share = [](double v) { return v >= 0 && v <= 1; };
-  // Segments may end at whole metres, but hardly 100 of them away in a building.
+  // Segments may end at whole metres, but hardly 100 of them off in a building.
   const auto is_near = [](double v) { return v <= 100; };
   if (are_all(3, is_byte) && !(are_all(0, IsWholeNumber) && are_all(3, is_near))) return true;
   if (are_all(3, is_share) && !are_all(0, is_share)) return true;

@@ -100,14 +100,12 @@ Eigen::Vector2d FindMiddle(const WallFace& wall, size_t step) {
 // Takes a wall's shares where a stronger one stands beside it, or looks at it from so near that no
 // camera was between them.
 void ClearSharesBeside(const WallFace& stronger, WallFace* weaker) {
-  constexpr double kCamera_m = 0.3;
   const double cosine = stronger.face.normal.dot(weaker->face.normal);
   if (stronger.face.level != weaker->face.level || std::abs(cosine) < kAlike) return;
   for (size_t i = 0; i < weaker->shares.size(); ++i) {
     const Eigen::Vector2d p = FindMiddle(*weaker, i);
     const double before_m = stronger.face.DistanceTo(p);
-    if (cosine > 0 ? std::abs(before_m) > kBeside_m : before_m < 0 || before_m > kCamera_m)
-      continue;
+    if (before_m > kBeside_m || before_m < (cosine > 0 ? -kBeside_m : 0)) continue;
     const auto step = FindStep(stronger, p);
     if (step && stronger.shares[*step] > 0) weaker->shares[i] = 0;
   }
@@ -151,11 +149,10 @@ bool IsLong(const BuiltFace& built) {
 // Whether a wall ends at a passage: without a lintel, what stands beyond it in the wall's plane is
 // the jamb of a door across, or the like.
 bool EndsAt(const WallFace& wall, const FaceOpening& opening) {
-  constexpr double kStub_m = 0.5;
   const Face& face = wall.face;
   return opening.kind == OpeningKind::kPassage &&
-         (CoveredLength(wall, {face.from_m, opening.from_m}) < kStub_m ||
-          CoveredLength(wall, {opening.to_m, face.to_m}) < kStub_m);
+         (CoveredLength(wall, {face.from_m, opening.from_m}) < kCorner_m ||
+          CoveredLength(wall, {opening.to_m, face.to_m}) < kCorner_m);
 }
 
 // Whether another face is right behind it, as the other side of a wall is; a door's leaf is

@@ -15,12 +15,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSample_m = 0.05;       // along faces
-constexpr double kSameWall_m = 0.25;     // across: what is farther off is missing, and another new
-constexpr double kLeastShared_m = 0.3;   // of a planned and a built face
-constexpr double kLeastStretch_m = 0.5;  // that is missing or new
-constexpr double kOpeningNear_m = 0.4;   // across the wall
-constexpr double kJambSigma_m = 0.012;   // of the side of an opening
+constexpr double kLeastShared_m = 0.3;     // of a planned and a built face
+constexpr double kLeastStretch_m = 0.5;    // that is missing or new
+constexpr double kOpeningNear_m = 0.4;     // across the wall
+constexpr double kJambSigma_m = 0.012;     // of the side of an opening
 constexpr double kDeviatingSigmas = 2.33;  // one wall in fifty by chance
 
 // What a built and a planned face share: along the planned one.
@@ -82,7 +80,7 @@ class PlanComparer {
     for (std::size_t i = 0; i < built_.faces.size(); ++i) {
       const PlannedFace built = Built(i);
       std::map<std::size_t, FacePair> of_built;
-      const int count = std::max(1, static_cast<int>(std::lround(built.Length() / kSample_m)));
+      const int count = std::max(1, static_cast<int>(std::lround(built.Length() / kPlanSample_m)));
       for (int k = 0; k < count; ++k) {
         const Vector2d p = built.start + (k + 0.5) / count * (built.end - built.start);
         const bool is_measured = built_.faces[i].IsMeasuredAt((k + 0.5) / count);
@@ -204,7 +202,7 @@ class PlanComparer {
   template <typename Holds>
   static std::vector<PlannedFace> Stretches(const PlannedFace& face, Holds holds) {
     std::vector<PlannedFace> stretches;
-    const int count = std::max(1, static_cast<int>(std::lround(face.Length() / kSample_m)));
+    const int count = std::max(1, static_cast<int>(std::lround(face.Length() / kPlanSample_m)));
     const auto at = [&](int k) {
       return Vector2d(face.start + k * (face.end - face.start) / count);
     };
@@ -220,12 +218,11 @@ class PlanComparer {
   }
 
   void AddMissing(std::vector<WallDeviation>* rows) const {
-    constexpr double kBehind_m = 0.12;  // beyond what cells of free space are off
     for (std::size_t i = 0; i < plan_.faces.size(); ++i) {
       const PlannedFace& face = plan_.faces[i];
       const auto is_missing = [&](int, const Vector2d& p) {
         const double along_m = (p - face.start).norm();
-        return IsFree(p) && IsFree(p - kBehind_m * face.Normal()) &&
+        return IsFree(p) && IsFree(p - kBehindFace_m * face.Normal()) &&
                std::ranges::none_of(covered_[i], [&](const std::pair<double, double>& part) {
                  return along_m > part.first && along_m < part.second;
                });

@@ -26,7 +26,7 @@ PlanPoints OnPlan(const std::string& path, const std::vector<Eigen::Vector3d>& p
 }
 
 // What a layer's name begins with names its storey, but for a discipline's letter: A-WALL, S-WALL.
-std::string StoreyOf(std::string_view before) {
+std::string FindStorey(std::string_view before) {
   return std::string(before.size() > 2 ? before : "");
 }
 
@@ -45,7 +45,7 @@ std::vector<BuildingPlan> ReadDxfPlans(const std::string& path) {
     if (at == std::string::npos) {
       other_layers.insert(layer);
     } else {
-      storeys[StoreyOf(layer.substr(0, at))].push_back(OnPlan(path, points));
+      storeys[FindStorey(layer.substr(0, at))].push_back(OnPlan(path, points));
     }
   }
   if (storeys.empty()) {

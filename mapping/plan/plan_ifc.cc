@@ -143,7 +143,7 @@ class IfcWalls {
       const std::string self = fmt::format("#{}", id);
       if (entity.type == "IFCUNITASSIGNMENT") {
         for (const std::string_view unit : SplitStep(model_.Argument(entity, 0))) {
-          if (const auto metres = MetresOf(model_.At(unit))) unit_m_ = *metres;
+          if (const auto metres = FindMetres(model_.At(unit))) unit_m_ = *metres;
         }
       }
       if (entity.type == "IFCRELVOIDSELEMENT") {
@@ -177,11 +177,12 @@ class IfcWalls {
 
  private:
   static constexpr double kIfcGrid_m = 1e-3;
+  static constexpr int kDeepest = 50;  // what goes in a circle is no placement, and no unit
 
   // Of a unit of length: IFCSIUNIT(*,.LENGTHUNIT.,.MILLI.,.METRE.), or feet and inches as
   // IFCCONVERSIONBASEDUNIT(#,.LENGTHUNIT.,'FOOT',#) of an
   // IFCMEASUREWITHUNIT(IFCLENGTHMEASURE(0.3048),#).
-  std::optional<double> MetresOf(const StepEntity& unit, int depth = 0) const {
+  std::optional<double> FindMetres(const StepEntity& unit, int depth = 0) const {
     static const std::map<std::string_view, double> prefixes = {
         {"$", 1}, {".MILLI.", 1e-3}, {".CENTI.", 1e-2}, {".DECI.", 0.1}, {".KILO.", 1e3}};
     const bool is_si = unit.type == "IFCSIUNIT", is_other = unit.type == "IFCCONVERSIONBASEDUNIT";
@@ -190,10 +191,9 @@ class IfcWalls {
       const auto prefix = prefixes.find(model_.Argument(unit, 2));
       return prefix == prefixes.end() ? std::nullopt : std::optional(prefix->second);
     }
-    constexpr int kDeepest = 5;  // units that go in a circle are none
     const StepEntity& measure = model_.At(model_.Argument(unit, 3));
     if (depth >= kDeepest) return std::nullopt;
-    const auto base_m = MetresOf(model_.At(model_.Argument(measure, 1)), depth + 1);
+    const auto base_m = FindMetres(model_.At(model_.Argument(measure, 1)), depth + 1);
     if (!base_m) return std::nullopt;
     return *base_m * model_.Number(Inside(model_.Argument(measure, 0)));
   }
@@ -314,7 +314,6 @@ class IfcWalls {
 
   Eigen::Isometry3d PlacementAt(std::string_view reference) const {
     Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
-    constexpr int kDeepest = 50;  // placements that go in a circle are no placements
     for (int depth = 0; reference != "$" && depth < kDeepest; ++depth) {
       const StepEntity& placement = model_.At(reference);
       if (placement.type != "IFCLOCALPLACEMENT") break;

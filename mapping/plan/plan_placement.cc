@@ -89,11 +89,10 @@ class PlaceJudge {
 
   // Planned faces where the map knows that nothing stands, neither there nor behind.
   double SeenThrough(const PlanPose& pose) const {
-    constexpr double kBehind_m = 0.12;
     double length_m = 0;
     for (const PlannedFace& face : plan_.faces) {
       ForEachSample(face, [&](const Vector2d& p, double part_m) {
-        const Vector2d behind = p - kBehind_m * face.Normal();
+        const Vector2d behind = p - kBehindFace_m * face.Normal();
         if (built_.free.IsFree(Back(pose, p)) && built_.free.IsFree(Back(pose, behind))) {
           length_m += part_m;
         }

@@ -15,6 +15,10 @@
 
 namespace slcmap::inline mapping {
 
+inline constexpr double kPlanSample_m = 0.05;  // along faces
+inline constexpr double kBehindFace_m = 0.12;  // beyond what cells of free space are off
+inline constexpr double kSameWall_m = 0.25;    // across: what is farther off is another one
+
 // A wall's face as a map has it; ids of the plane. Metres, in world.
 struct MappedFace {
   PlannedFace face;

@@ -105,18 +105,19 @@ PlacedStorey PlaceBest(const MapResult& map, const std::vector<BuildingPlan>& pl
 // By part of a wall's face, whether more of what was measured within reach is on it than beside it.
 std::vector<bool> FindMeasured(const BuildingPlane& plane, const PlannedFace& face,
                                const std::vector<DensePoint>& dense) {
-  constexpr double kPart_m = 0.05, kOn_m = 0.05, kReach_m = 0.25, kAlike = 0.7;
+  constexpr double kOn_m = 0.05, kAlike = 0.7;  // cosine
   Interval heights_m{1e9, -1e9};
   for (const Eigen::Vector3d& p : plane.outline_world) {
     heights_m = {std::min(heights_m.from_m, p.z()), std::max(heights_m.to_m, p.z())};
   }
-  const auto count = static_cast<std::size_t>(std::max(1.0, std::round(face.Length() / kPart_m)));
+  const auto count =
+      static_cast<std::size_t>(std::max(1.0, std::round(face.Length() / kPlanSample_m)));
   std::vector<int> on(count), beside(count);
   for (const DensePoint& point : dense) {
     const Vector2d offset = point.p_world.head<2>() - face.start;
     const double share = face.Along().dot(offset) / face.Length();
     const double across_m = std::abs(face.Normal().dot(offset));
-    if (share < 0 || share >= 1 || across_m > kReach_m || point.p_world.z() < heights_m.from_m ||
+    if (share < 0 || share >= 1 || across_m > kSameWall_m || point.p_world.z() < heights_m.from_m ||
         point.p_world.z() > heights_m.to_m || point.normal_world.dot(plane.normal) < kAlike) {
       continue;
     }
