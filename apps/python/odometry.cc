@@ -54,7 +54,8 @@ class LiveOdometry {
   // One sample, or n.
   void AddImu(const py::object& stamps, const Vectors& gyro, const Vectors& accel) {
     const py::array given = py::array::ensure(stamps);
-    if (!given || (given.dtype().kind() != 'i' && given.dtype().kind() != 'u')) {
+    const char kind = !given ? '-' : given.size() == 0 ? 'i' : given.dtype().kind();
+    if (kind != 'i' && kind != 'u') {
       throw ConfigError(fmt::format("add_imu: found stamps of {}, expected whole nanoseconds",
                                     given ? DescribeArray(given) : "no array"));
     }

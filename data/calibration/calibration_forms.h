@@ -2,7 +2,6 @@
 #pragma once
 
 #include <opencv2/core/types.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,6 @@ struct Gathered {
   RigParts parts;                 // of the file that is read
   size_t cameras = 0;             // that files without a place of their own told
   std::vector<CameraInfo> infos;  // ROS': poses need both
-  std::set<std::string> files;    // that were named, each of which is read once
   Mirrored mirrored = Mirrored::kRefused;
   Warnings* warnings = nullptr;
 };

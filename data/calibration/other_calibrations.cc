@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "data/calibration/calibration_forms.h"
@@ -153,12 +154,13 @@ void ReadKalibrPart(YamlSection* root, Gathered* gathered) {
 }
 
 void RefuseOldOrbSlam(YamlSection* root, Gathered*) {
-  throw InputFault("calibration",
-                   root->place() +
-                       ": found Camera.fx, a file of ORB-SLAM2, or of ORB-SLAM3 before 1.0, which "
-                       "tells of rectified images alone; expected the cameras as they are",
-                   "name the calibration that it was made of, or a file of ORB-SLAM3 1.0 "
-                   "(Camera1.fx, Camera2.fx, Stereo.T_c1_c2, IMU.T_b_c1)");
+  throw InputFault(
+      "calibration",
+      root->place() +
+          ": found Camera.fx, as files of ORB-SLAM2 and of ORB-SLAM3 before 1.0 have it, "
+          "expected a form that is read",
+      "name the calibration that it was made of, or a file of ORB-SLAM3 1.0 "
+      "(Camera1.fx, Camera2.fx, Stereo.T_c1_c2, IMU.T_b_c1)");
 }
 
 struct CalibrationForm {
@@ -243,6 +245,24 @@ void TakeInfoPoses(Gathered* gathered) {
                    "name the left camera's file first");
 }
 
+// A file of VINS names those of its cameras, and says which is left: named beside it, they are no
+// others.
+std::vector<std::string> WithoutThoseOfVins(std::vector<std::string> paths) {
+  namespace fs = std::filesystem;
+  std::set<fs::path> cameras;
+  for (const fs::path path : paths) {
+    YamlSection root = YamlSection::FromFile(path);
+    for (const char* key : {"cam0_calib", "cam1_calib"}) {
+      if (!root.Has(key)) continue;
+      cameras.insert(
+          fs::weakly_canonical(path.parent_path() / RequiredValue<std::string>(root, key)));
+    }
+  }
+  std::erase_if(paths,
+                [&](const fs::path path) { return cameras.count(fs::weakly_canonical(path)); });
+  return paths;
+}
+
 }  // namespace
 
 std::vector<std::string> SplitCalibrationPaths(const std::string& path) {
@@ -264,15 +284,13 @@ std::optional<std::string> FindCalibrationForm(const std::string& path) {
   });
 }
 
-RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored,
+RigParts ReadRigParts(const std::vector<std::string>& named, Mirrored mirrored,
                       Warnings* warnings) {
   return AsDataErrors([&] {
+    const std::vector<std::string> paths = WithoutThoseOfVins(named);
     Gathered gathered;
     gathered.mirrored = mirrored;
     gathered.warnings = warnings;
-    for (const std::string& path : paths) {
-      gathered.files.insert(std::filesystem::weakly_canonical(path));
-    }
     std::vector<RigParts> told;  // by each file
     for (const std::string& path : paths) {
       YamlSection root = YamlSection::FromFile(path);

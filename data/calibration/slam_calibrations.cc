@@ -166,8 +166,6 @@ void ReadVins(YamlSection* root, Gathered* gathered) {
       continue;
     }
     const auto name = RequiredValue<std::string>(*root, fmt::format("cam{}_calib", i));
-    // Those that were named beside it are read by themselves.
-    if (gathered->files.count(std::filesystem::weakly_canonical(folder / name))) continue;
     YamlSection camera = YamlSection::FromFile((folder / name).string());
     ReadVinsCameraFile(&camera, gathered);
   }

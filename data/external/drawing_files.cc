@@ -138,7 +138,6 @@ class DxfReader {
       }
       Take(static_cast<int>(*code), text);
     });
-    Finish();
     EndPolyline();
     Scale();
     if (!is_ended_) {

@@ -108,7 +108,7 @@ bool IsPointWithMore(const std::vector<NumberRow>& rows) {
   const auto length = [](const NumberRow& r) { return PlaceIn(r, 3).norm(); };
   const auto is_unit = [&](const NumberRow& r) { return std::abs(length(r) - 1) < 0.01; };
   return std::ranges::any_of(rows, is_unit) && std::ranges::all_of(rows, [&](const NumberRow& r) {
-           return is_unit(r) || length(r) == 0;
+           return is_unit(r) || !(length(r) > 0);
          });
 }
 
@@ -137,7 +137,7 @@ ExternalMap FromColumns(const std::string& path, const std::vector<NumberRow>& r
 
 // The points of markers, as rostopic and ros2 topic echo print them: PL-VIO and PL-VINS publish
 // their lines as LINE_LIST, two points a line.
-ExternalMap FromMarker(std::string_view bytes) {
+ExternalMap FromMarker(const std::string& path, std::string_view bytes) {
   ExternalMap map;
   map.format = "text of a marker";
   std::vector<double> numbers;
@@ -148,8 +148,12 @@ ExternalMap FromMarker(std::string_view bytes) {
     // Fields of a message stand at its left edge; points farther in, or behind a dash of ROS 2's.
     if (text.front() != ' ' && text.front() != '-') in_points = fields.front() == "points:";
     if (!in_points || fields.size() < 2) return;
-    const auto value = ParseNumber(fields.back());
-    if (value) numbers.push_back(*value);
+    if (fields.back().find("...") != std::string_view::npos) {
+      throw DataError(path +
+                      ": found '...' in place of points, expected all: ros2 topic echo "
+                      "writes them with --full-length");
+    }
+    numbers.push_back(ParseNumber(fields.back()).value_or(NAN));  // .nan is YAML's
   });
   for (size_t i = 0; i + 6 <= numbers.size(); i += 6) {
     map.lines.push_back({PlaceIn(numbers, i), PlaceIn(numbers, i + 3)});
@@ -174,7 +178,7 @@ void AddTrack(const std::string& path, ExternalMap* map) {
 }
 
 ExternalMap ReadMapText(const std::string& path, std::string_view bytes) {
-  if (bytes.find("\npoints:") != std::string_view::npos) return FromMarker(bytes);
+  if (bytes.find("\npoints:") != std::string_view::npos) return FromMarker(path, bytes);
   const std::vector<NumberRow> rows = ParseNumberRows(path, bytes);
   if (rows.empty()) throw DataError(path + ": found no row of numbers, expected points or lines");
   if (IsLimapText(rows)) return FromLimap(path, rows);

@@ -224,7 +224,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     if (!built.is_wall) continue;
     built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
   }
-  CutAtGaps(&data->faces);
+  CutAtGaps(level, &data->faces);
   data->unseen = UnseenFaces(MakeWalls(data->faces), options);
 }
 

@@ -16,7 +16,6 @@ constexpr double kSnap_m = 0.05;  // to a line, or by 2 sigma of it
 
 constexpr double kFloorGap_m = 0.45;  // beneath a door, where little is seen
 constexpr double kLeastDoor_m = 1.7;  // height
-constexpr double kLintel_m = 0.25;    // a door has at least this above it
 constexpr double kWidestDoor_m = 1.9;
 constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must have been measured
 constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face

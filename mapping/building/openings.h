@@ -9,6 +9,8 @@
 
 namespace slcmap::inline mapping {
 
+inline constexpr double kLintel_m = 0.25;  // a door has at least this above it
+
 // A rectangle of a face's plane: metres along the face and heights in world.
 struct FaceOpening {
   OpeningKind kind = OpeningKind::kPassage;

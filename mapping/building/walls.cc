@@ -148,9 +148,9 @@ bool IsLong(const BuiltFace& built) {
 
 // Whether a wall ends at a passage: without a lintel, what stands beyond it in the wall's plane is
 // the jamb of a door across, or the like.
-bool EndsAt(const WallFace& wall, const FaceOpening& opening) {
+bool EndsAt(const WallFace& wall, const FaceOpening& opening, double top_m) {
   const Face& face = wall.face;
-  return opening.kind == OpeningKind::kPassage &&
+  return opening.kind == OpeningKind::kPassage && opening.high_m >= top_m - kLintel_m &&
          (CoveredLength(wall, {face.from_m, opening.from_m}) < kCorner_m ||
           CoveredLength(wall, {opening.to_m, face.to_m}) < kCorner_m);
 }
@@ -268,7 +268,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
   }
 }
 
-void CutAtGaps(std::vector<BuiltFace>* faces) {
+void CutAtGaps(const Level& level, std::vector<BuiltFace>* faces) {
   std::vector<BuiltFace> cut;
   for (const BuiltFace& built : *faces) {
     const Face& face = built.wall.face;
@@ -281,7 +281,7 @@ void CutAtGaps(std::vector<BuiltFace>* faces) {
     };
     std::vector<Interval> stretches = {{face.from_m, face.to_m}};
     for (const FaceOpening& opening : built.openings) {  // by where they begin
-      if (!is_niche(opening) && !EndsAt(built.wall, opening)) continue;
+      if (!is_niche(opening) && !EndsAt(built.wall, opening, level.top_m)) continue;
       stretches.back().to_m = std::min(stretches.back().to_m, opening.from_m);
       stretches.push_back({std::max(stretches.back().from_m, opening.to_m), face.to_m});
     }

@@ -30,7 +30,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
 // What looks like an opening, but has a wall just behind it, is a niche; and a passage beyond which
 // hardly anything stands is where a wall ends: walls are cut there.
-void CutAtGaps(std::vector<BuiltFace>* faces);
+void CutAtGaps(const Level& level, std::vector<BuiltFace>* faces);
 
 // How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a
 // share of it. Doors and passages let it through; what is seen through a window is outside.

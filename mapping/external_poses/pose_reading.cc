@@ -291,8 +291,9 @@ std::vector<int64_t> LikelyByMotion(const std::vector<int64_t>& offsets_ns,
                                  LogRotation(pair.posed.rotation).norm();
         const double apart_m =
             pair.known.T_from_to.translation.norm() - scale * pair.posed.translation.norm();
-        sum += std::min(kMostStepSigmas,
-                        std::hypot(apart_rad / kTurnSigma_rad, apart_m / kWaySigma_m));
+        // Apart: of poses that are read in a wrong way, turns tell the clock all the same.
+        sum += std::min(kMostStepSigmas, std::abs(apart_rad) / kTurnSigma_rad) +
+               std::min(kMostStepSigmas, std::abs(apart_m) / kWaySigma_m);
       }
       costs.emplace_back(sum / static_cast<double>(pairs.size()), offset_ns);
     }

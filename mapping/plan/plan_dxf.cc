@@ -27,7 +27,12 @@ PlanPoints OnPlan(const std::string& path, const std::vector<Eigen::Vector3d>& p
 
 // What a layer's name begins with names its storey, but for a discipline's letter: A-WALL, S-WALL.
 std::string FindStorey(std::string_view before) {
-  return std::string(before.size() > 2 ? before : "");
+  const auto is = [&](std::size_t at, auto kind) {
+    return kind(static_cast<unsigned char>(before[at])) != 0;
+  };
+  const bool is_discipline =
+      (before.size() == 1 || (before.size() == 2 && !is(1, ::isalnum))) && is(0, ::isalpha);
+  return std::string(is_discipline ? "" : before);
 }
 
 }  // namespace

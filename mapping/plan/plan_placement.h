@@ -85,8 +85,8 @@ std::optional<PlanPlacement> FindPlacement(const BuiltStorey& built, const Build
                                            const Progress& progress = {});
 
 // Throws DataError where a placement is none: too little agrees, or as much elsewhere; with what
-// helps. The mirrored plan is tried to tell that.
+// helps. The mirrored plan is tried to tell that, unless the place was told about and fits.
 void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
-                      const std::optional<PlanPlacement>& placement);
+                      const std::optional<PlanPlacement>& placement, bool is_told = false);
 
 }  // namespace slcmap::mapping

@@ -110,18 +110,20 @@ std::vector<bool> FindMeasured(const BuildingPlane& plane, const PlannedFace& fa
   for (const Eigen::Vector3d& p : plane.outline_world) {
     heights_m = {std::min(heights_m.from_m, p.z()), std::max(heights_m.to_m, p.z())};
   }
-  const auto count =
-      static_cast<std::size_t>(std::max(1.0, std::round(face.Length() / kPlanSample_m)));
+  const double length_m = face.Length(), on_m = std::max(kOn_m, 2 * face.sigma_m);
+  const Vector2d along = face.Along(), normal = face.Normal();
+  const auto count = static_cast<std::size_t>(std::max(1.0, std::round(length_m / kPlanSample_m)));
   std::vector<int> on(count), beside(count);
   for (const DensePoint& point : dense) {
     const Vector2d offset = point.p_world.head<2>() - face.start;
-    const double share = face.Along().dot(offset) / face.Length();
-    const double across_m = std::abs(face.Normal().dot(offset));
-    if (share < 0 || share >= 1 || across_m > kSameWall_m || point.p_world.z() < heights_m.from_m ||
-        point.p_world.z() > heights_m.to_m || point.normal_world.dot(plane.normal) < kAlike) {
+    const double across_m = std::abs(normal.dot(offset));
+    if (!(across_m <= kSameWall_m)) continue;
+    const double share = along.dot(offset) / length_m, z_m = point.p_world.z();
+    if (!(share >= 0 && share < 1) || z_m < heights_m.from_m || z_m > heights_m.to_m ||
+        point.normal_world.dot(plane.normal) < kAlike) {
       continue;
     }
-    auto& counts = across_m < kOn_m ? on : beside;
+    auto& counts = across_m < on_m ? on : beside;
     ++counts[static_cast<std::size_t>(share * static_cast<double>(count))];
   }
   std::vector<bool> measured(count);
@@ -132,7 +134,7 @@ std::vector<bool> FindMeasured(const BuildingPlane& plane, const PlannedFace& fa
 }  // namespace
 
 void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
-                      const std::optional<PlanPlacement>& placement) {
+                      const std::optional<PlanPlacement>& placement, bool is_told) {
   double seen_m = 0;
   for (const MappedFace& face : built.faces) seen_m += face.face.Length();
   if (!placement || seen_m < kLeastAgreeing_m) {
@@ -142,8 +144,10 @@ void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
         seen_m, kLeastAgreeing_m));
   }
   const double share = placement->AgreeingShare();
-  const std::optional<PlanPlacement> mirrored =
-      FindPlacement(built, MirrorPlan(plan), std::nullopt);
+  std::optional<PlanPlacement> mirrored;
+  if (!is_told || share < kLeastAgreeingShare) {
+    mirrored = FindPlacement(built, MirrorPlan(plan), std::nullopt);
+  }
   if (mirrored && mirrored->score_m > placement->score_m &&
       mirrored->AgreeingShare() > std::max(share + 0.1, kLeastAgreeingShare)) {
     throw DataError(fmt::format(
@@ -195,7 +199,7 @@ PlanComparison RegisterToPlan(const MapResult& map, const std::vector<BuildingPl
     throw DataError("found no storey in the map, expected walls: a map without images has none");
   }
   const PlacedStorey placed = PlaceBest(map, plans, start, progress);
-  RequirePlacement(placed.built, *placed.plan, placed.placement);
+  RequirePlacement(placed.built, *placed.plan, placed.placement, start.has_value());
   return CompareWithPlan(placed.built, *placed.plan, *placed.placement);
 }
 

@@ -226,6 +226,7 @@ TEST(EdgesOfAnyMap, ThatMeetStayApartHoweverFineTheyAre) {
   for (const int count : {1, 60, 61, 600, 3000}) {
     const LineStraightness lines = MeasureLines(cut(count));
     EXPECT_NEAR(lines.edges_m, 9.6, 0.1) << count;
+    EXPECT_EQ(lines.edges, 3) << count;
     ASSERT_EQ(lines.straightedges.size(), 3u);
     for (const auto& straightedge : lines.straightedges) {
       if (straightedge.pieces > 0) EXPECT_LT(straightedge.rms_m, 1e-6) << count;

@@ -350,9 +350,14 @@ TEST(OtherForms, FilesThatAnotherOneNamesMayBeNamedToo) {
   const std::string cameras = folder.Path("cam0.yaml") + "," + folder.Path("cam1.yaml");
   Warnings warnings;
   const Rig alone = ReadCalibration(vins, &warnings).rig;
-  for (const std::string& paths : {vins + "," + cameras, cameras + "," + vins}) {
+  const std::string swapped = folder.Path("cam1.yaml") + "," + folder.Path("cam0.yaml");
+  for (const std::string& paths : {vins + "," + cameras, cameras + "," + vins, swapped + "," + vins,
+                                   folder.Path("cam1.yaml") + "," + vins}) {
     const Rig rig = ReadCalibration(paths, &warnings).rig;
-    EXPECT_EQ(rig.cameras[1].fx_px, alone.cameras[1].fx_px);
+    for (const size_t i : {0, 1}) {
+      EXPECT_TRUE(rig.cameras[i].coefficients == alone.cameras[i].coefficients) << paths;
+      EXPECT_EQ(rig.cameras[i].fx_px, alone.cameras[i].fx_px) << paths;
+    }
     EXPECT_TRUE(rig.T_imu_camera[1].translation == alone.T_imu_camera[1].translation);
   }
 }

@@ -93,7 +93,7 @@ TEST(ExternalClouds, AreReadFromWhatOthersWrite) {
   EXPECT_EQ(text.points.size(), 2u);
   // Six columns: with colours to 1, with normals of which some are missing, and edges of whole
   // metres.
-  for (const char* rows : {"1 2 3 0.5 0 1\n4 5 6 0.1 0.2 0.3\n", "1 2 3 0 0 1\n4 5 6 0 0 0\n"}) {
+  for (const char* rows : {"1 2 3 0.5 0 1\n4 5 6 0.1 0.2 0.3\n", "1 2 3 0 0 -1\n4 5 6 0 0 0\n"}) {
     EXPECT_EQ(ReadExternalMap(folder.Write("b.xyz", rows)).points.size(), 2u) << rows;
   }
   EXPECT_EQ(ReadExternalMap(folder.Write("c.txt", "0 0 0 6 0 0\n6 0 0 6 4 0\n")).lines.size(), 2u);

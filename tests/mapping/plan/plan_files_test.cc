@@ -129,7 +129,7 @@ TEST(PlanFiles, ReadsDxfInItsUnits) {
   std::string two = Dxf("A-WALL", 6, 1);
   two.replace(two.find("A-WALL"), 1, "S");
   ExpectRoom(read(two), 1e-6);
-  two.replace(two.find("S-WALL"), 1, "S1_");
+  two.replace(two.find("S-WALL"), 1, "2");
   EXPECT_EQ(ReadPlans(folder.Path("room.dxf"), 0).size(), 1u);
   EXPECT_EQ(ReadPlans(folder.Write("two.dxf", two), 0).size(), 2u);
   EXPECT_THAT(MessageOf<DataError>([&] { read(Dxf("FURNITURE", 6, 1)); }), HasSubstr("FURNITURE"));
