@@ -27,11 +27,9 @@ PlanPoints OnPlan(const std::string& path, const std::vector<Eigen::Vector3d>& p
 
 // What a layer's name begins with names its storey, but for a discipline's letter: A-WALL, S-WALL.
 std::string FindStorey(std::string_view before) {
-  const auto is = [&](std::size_t at, auto kind) {
-    return kind(static_cast<unsigned char>(before[at])) != 0;
-  };
-  const bool is_discipline =
-      (before.size() == 1 || (before.size() == 2 && !is(1, ::isalnum))) && is(0, ::isalpha);
+  const bool is_short =
+      before.size() == 1 || (before.size() == 2 && before.find_first_of("-_ ") == 1);
+  const bool is_discipline = is_short && std::isalpha(static_cast<unsigned char>(before[0]));
   return std::string(is_discipline ? "" : before);
 }
 
