@@ -15,10 +15,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLeastShared_m = 0.3;     // of a planned and a built face
-constexpr double kLeastStretch_m = 0.5;    // that is missing or new
-constexpr double kOpeningNear_m = 0.4;     // across the wall
-constexpr double kJambSigma_m = 0.012;     // of the side of an opening
+constexpr double kLeastShared_m = 0.3;   // of a planned and a built face
+constexpr double kLeastStretch_m = 0.5;  // that is missing or new
+constexpr double kOpeningNear_m = 0.4;   // across the wall
+// Of the side of an opening: frames stand in gaps as they are drawn, and leaves before them.
+constexpr double kJambSigma_m = 0.05;
 constexpr double kDeviatingSigmas = 2.33;  // one wall in fifty by chance
 
 // What a built and a planned face share: along the planned one.
