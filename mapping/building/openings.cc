@@ -106,6 +106,30 @@ void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
   while (core->y + core->height < most && !is_hit(core->y + core->height)) ++core->height;
 }
 
+// What reaches the floor, up to the wall beside it, where nothing was measured between: leaves and
+// frames hide it.
+void GrowToJambs(const FaceGrid& grid, cv::Rect* core) {
+  if (core->y * grid.cell_m > kFloorGap_m) return;
+  const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
+  const auto is_hit = [&](int column) {
+    int hit = 0;
+    for (int row = core->y; row < core->y + core->height; ++row)
+      hit += grid.support(row, column) > grid.passes(row, column) ? 1 : 0;
+    return 4 * hit > core->height;
+  };
+  const auto count_free = [&](int from, int step) {
+    int free = 0;
+    for (int column = from; column >= 0 && column < grid.columns(); column += step, ++free) {
+      if (free > reach) return 0;
+      if (is_hit(column)) return free;
+    }
+    return 0;
+  };
+  const int left = count_free(core->x - 1, -1), right = count_free(core->x + core->width, 1);
+  core->x -= left;
+  core->width += left + right;
+}
+
 // Whether something was measured beside it on both sides.
 bool IsFramed(const FaceGrid& grid, const cv::Rect& core) {
   const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
@@ -266,6 +290,7 @@ std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& la
   auto core = FindCore(labels, label, box);
   if (!core) return std::nullopt;
   GrowUnseen(grid, &*core);
+  GrowToJambs(grid, &*core);
   if (core->width * grid.cell_m < kBuildingMinOpening_m ||
       core->height * grid.cell_m < kBuildingMinOpening_m || !IsFramed(grid, *core)) {
     return std::nullopt;

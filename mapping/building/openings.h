@@ -19,10 +19,10 @@ struct FaceOpening {
 };
 
 // Regions of cells that were passed, with something measured at either side, large enough; what was
-// not seen is none, but for what is over a door up to its usual height. Edges go to the nearest
-// upright line, or line along the face, near the plane within max(2 sigma, 5 cm). Those that begin
-// near the floor are doors, or passages where nothing is above them or they are wide; the others
-// are windows, which bars may divide.
+// not seen is none, but for what is over a door up to its usual height, and beside it up to its
+// wall where that is near. Edges go to the nearest upright line, or line along the face, near the
+// plane within max(2 sigma, 5 cm). Those that begin near the floor are doors, or passages where
+// nothing is above them or they are wide; the others are windows, which bars may divide.
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
                                       const BuildingInput& input);
 

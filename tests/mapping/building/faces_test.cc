@@ -11,6 +11,7 @@
 
 #include "mapping/building/face_surface.h"
 #include "mapping/building/free_space.h"
+#include "mapping/building/openings.h"
 
 namespace slcmap {
 namespace {
@@ -361,6 +362,26 @@ TEST(FindCover, WhatIsSeenThroughInPartsIsAWall) {
   Support(3.2, 3.5, 0, 2.1, &passage);
   Pass(0.8, 3.2, 0, 2.1, &passage);
   EXPECT_TRUE(IsWall(FindCover(passage).shares, kGridCell_m));
+}
+
+// A door of which the leaf hides a part; a window is as wide as it was seen.
+TEST(FindOpenings, ADoorReachesToTheWallsBesideIt) {
+  for (const double low_m : {0.0, 1.0}) {
+    FaceGrid grid = GridOfAFace();
+    Face face;
+    face.to_m = kFaceLength_m;
+    Support(0, 1, 0, kFaceHeight_m, &grid);
+    Support(2, kFaceLength_m, 0, kFaceHeight_m, &grid);
+    Support(1, 2, 2.1, kFaceHeight_m, &grid);
+    Support(1, 2, 0, low_m, &grid);
+    Pass(1, 1.75, low_m, 2.1, &grid);
+    Level level;
+    level.top_m = kFaceHeight_m;
+    const auto openings = FindOpenings(face, grid, level, {});
+    ASSERT_EQ(openings.size(), 1u);
+    EXPECT_NEAR(openings[0].from_m, 1, 0.01);
+    EXPECT_NEAR(openings[0].to_m, low_m > 0 ? 1.75 : 2, 0.01);
+  }
 }
 
 // As the panes of two windows, behind the wall between them.
