@@ -90,6 +90,12 @@ bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_r
   return false;
 }
 
+// Whether something was measured in a strip of cells; single rays may end wrongly.
+bool IsHitAlong(const FaceGrid& grid, const cv::Rect& strip) {
+  const cv::Mat1b hit = grid.support(strip) > grid.passes(strip);
+  return 4 * cv::countNonZero(hit) > strip.area();
+}
+
 // From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
 // what is over it, or as high as doors are. What is lower than a table is no door.
 void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
@@ -97,35 +103,28 @@ void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
   const int top = core->y + core->height;
   if (core->y * grid.cell_m > kFloorGap_m || top * grid.cell_m < kTable_m) return;
   const int most = std::min(grid.rows(), static_cast<int>(std::lround(kUsualDoor_m / grid.cell_m)));
-  const auto is_hit = [&](int row) {
-    int hit = 0;
-    for (int k = 0; k < core->width; ++k)
-      hit += grid.support(row, core->x + k) > grid.passes(row, core->x + k) ? 1 : 0;
-    return 4 * hit > core->width;  // single rays may end wrongly
-  };
-  while (core->y + core->height < most && !is_hit(core->y + core->height)) ++core->height;
+  while (core->y + core->height < most &&
+         !IsHitAlong(grid, {core->x, core->y + core->height, core->width, 1})) {
+    ++core->height;
+  }
+}
+
+// How many columns there are from one on to the wall beside an opening; 0 where it is far.
+int CountToJamb(const FaceGrid& grid, const cv::Rect& core, int column, int step) {
+  const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
+  for (int count = 0; count <= reach; ++count, column += step) {
+    if (column < 0 || column >= grid.columns()) return 0;
+    if (IsHitAlong(grid, {column, core.y, 1, core.height})) return count;
+  }
+  return 0;
 }
 
 // What reaches the floor, up to the wall beside it, where nothing was measured between: leaves and
 // frames hide it.
 void GrowToJambs(const FaceGrid& grid, cv::Rect* core) {
   if (core->y * grid.cell_m > kFloorGap_m) return;
-  const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
-  const auto is_hit = [&](int column) {
-    int hit = 0;
-    for (int row = core->y; row < core->y + core->height; ++row)
-      hit += grid.support(row, column) > grid.passes(row, column) ? 1 : 0;
-    return 4 * hit > core->height;
-  };
-  const auto count_free = [&](int from, int step) {
-    int free = 0;
-    for (int column = from; column >= 0 && column < grid.columns(); column += step, ++free) {
-      if (free > reach) return 0;
-      if (is_hit(column)) return free;
-    }
-    return 0;
-  };
-  const int left = count_free(core->x - 1, -1), right = count_free(core->x + core->width, 1);
+  const int left = CountToJamb(grid, *core, core->x - 1, -1);
+  const int right = CountToJamb(grid, *core, core->x + core->width, 1);
   core->x -= left;
   core->width += left + right;
 }
