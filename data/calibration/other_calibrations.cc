@@ -247,20 +247,22 @@ void TakeInfoPoses(Gathered* gathered) {
 
 // A file of VINS names those of its cameras, and says which is left: named beside it, they are no
 // others.
-std::vector<std::string> WithoutThoseOfVins(std::vector<std::string> paths) {
+std::vector<YamlSection> ReadFiles(const std::vector<std::string>& paths) {
   namespace fs = std::filesystem;
+  std::vector<YamlSection> roots;
   std::set<fs::path> cameras;
-  for (const fs::path path : paths) {
-    YamlSection root = YamlSection::FromFile(path);
+  for (const std::string& path : paths) {
+    YamlSection& root = roots.emplace_back(YamlSection::FromFile(path));
     for (const char* key : {"cam0_calib", "cam1_calib"}) {
       if (!root.Has(key)) continue;
-      cameras.insert(
-          fs::weakly_canonical(path.parent_path() / RequiredValue<std::string>(root, key)));
+      cameras.insert(fs::weakly_canonical(fs::path(path).parent_path() /
+                                          RequiredValue<std::string>(root, key)));
     }
   }
-  std::erase_if(paths,
-                [&](const fs::path path) { return cameras.count(fs::weakly_canonical(path)); });
-  return paths;
+  std::erase_if(roots, [&](const YamlSection& root) {
+    return cameras.contains(fs::weakly_canonical(root.place()));
+  });
+  return roots;
 }
 
 }  // namespace
@@ -284,20 +286,19 @@ std::optional<std::string> FindCalibrationForm(const std::string& path) {
   });
 }
 
-RigParts ReadRigParts(const std::vector<std::string>& named, Mirrored mirrored,
+RigParts ReadRigParts(const std::vector<std::string>& paths, Mirrored mirrored,
                       Warnings* warnings) {
   return AsDataErrors([&] {
-    const std::vector<std::string> paths = WithoutThoseOfVins(named);
     Gathered gathered;
     gathered.mirrored = mirrored;
     gathered.warnings = warnings;
+    std::vector<YamlSection> roots = ReadFiles(paths);
     std::vector<RigParts> told;  // by each file
-    for (const std::string& path : paths) {
-      YamlSection root = YamlSection::FromFile(path);
+    for (YamlSection& root : roots) {
       const CalibrationForm* form = FindForm(root);
       if (form == nullptr) {
         throw InputFault("calibration",
-                         path +
+                         root.place() +
                              ": found a calibration of no form that can be read together with "
                              "others, expected ROS', ORB-SLAM3's, VINS', Basalt's, OpenCV's or "
                              "a part of Kalibr's",
@@ -305,7 +306,9 @@ RigParts ReadRigParts(const std::vector<std::string>& named, Mirrored mirrored,
       }
       gathered.parts = {};
       form->read(&root, &gathered);
-      for (size_t i = 0; i < told.size(); ++i) RefuseTwice(told[i], paths[i], gathered.parts, path);
+      for (size_t i = 0; i < told.size(); ++i) {
+        RefuseTwice(told[i], roots[i].place(), gathered.parts, root.place());
+      }
       told.push_back(gathered.parts);
     }
     gathered.parts = {};

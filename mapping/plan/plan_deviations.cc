@@ -81,15 +81,15 @@ class PlanComparer {
     for (std::size_t i = 0; i < built_.faces.size(); ++i) {
       const PlannedFace built = Built(i);
       std::map<std::size_t, FacePair> of_built;
-      std::vector<bool> unmeasured;
       const int count = std::max(1, static_cast<int>(std::lround(built.Length() / kPlanSample_m)));
       for (int k = 0; k < count; ++k) {
         const Vector2d p = built.start + (k + 0.5) / count * (built.end - built.start);
         const bool is_measured = built_.faces[i].IsMeasuredAt((k + 0.5) / count);
         const auto match =
             is_measured ? index_.FindNearest(p, built.Normal(), kSameWall_m) : std::nullopt;
-        matched_[i].push_back(match.has_value());
-        unmeasured.push_back(!is_measured);
+        // What was not measured is as what is before it.
+        const bool is_matched = matched_[i].empty() || matched_[i].back();
+        matched_[i].push_back(is_measured ? match.has_value() : is_matched);
         if (!match) continue;
         const PlannedFace planned = FacingAlike(plan_.faces[*match], built.Normal());
         const double half_m = 0.5 * built.Length() / count;
@@ -100,10 +100,6 @@ class PlanComparer {
         pair.from_m = std::min(pair.from_m, std::max(0.0, along_m - half_m));
         pair.to_m = std::max(pair.to_m, std::min(planned.Length(), along_m + half_m));
         pair.shared_m += 2 * half_m;
-      }
-      // What was not measured is as what is before it.
-      for (std::size_t k = 0; k < unmeasured.size(); ++k) {
-        if (unmeasured[k]) matched_[i][k] = k == 0 || matched_[i][k - 1];
       }
       for (const auto& [planned, pair] : of_built) {
         covered_[planned].push_back({pair.from_m, pair.to_m});
