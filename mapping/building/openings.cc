@@ -92,7 +92,8 @@ bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_r
 
 // Whether something was measured in a strip of cells; single rays may end wrongly.
 bool IsHitAlong(const FaceGrid& grid, const cv::Rect& strip) {
-  const cv::Mat1b hit = grid.support(strip) > grid.passes(strip);
+  cv::Mat hit;
+  cv::compare(grid.support(strip), grid.passes(strip), hit, cv::CMP_GT);
   return 4 * cv::countNonZero(hit) > strip.area();
 }
 
