@@ -21,7 +21,7 @@ namespace {
 
 constexpr char kPlacementFormat[] = "slcmap placement", kPairsFormat[] = "slcmap aligned pairs";
 constexpr int kPlacementVersion = 1;
-constexpr double kFarthest_m = 1e6;
+constexpr double kFarthestPoint_m = 1e6;
 constexpr std::size_t kMapsHeld = 12;    // a few MB each, without their points
 constexpr double kWalkForChanges = 0.2;  // share of a walk, of which the other tells what changed
 constexpr double kSameChange = 0.5;      // of boxes, which several pairs tell of
@@ -92,7 +92,7 @@ Json TransformJson(const RigidTransform& T) {
 }
 
 RigidTransform ParseTransform(const std::string& place, const Json& json) {
-  const auto p = ParsePoint<Eigen::Vector3d>(place, json.at("position_m"), kFarthest_m);
+  const auto p = ParsePoint<Eigen::Vector3d>(place, json.at("position_m"), kFarthestPoint_m);
   return LevelTransform(BoundedAt(place, json, "yaw_rad", -4.0, 4.0), p);
 }
 
@@ -121,7 +121,7 @@ AlignedPair ParsePair(const std::string& path, const Json& json) {
   found.surfaces_m2 = json.at("surfaces_m2");
   found.lines_m = json.at("lines_m");
   found.information.centre_first =
-      ParsePoint<Eigen::Vector3d>(path, json.at("centre"), kFarthest_m);
+      ParsePoint<Eigen::Vector3d>(path, json.at("centre"), kFarthestPoint_m);
   found.information.of_turn_and_shift =
       ParsePoint<Eigen::Vector<double, 16>>(path, json.at("information"), 1e15).reshaped(4, 4);
   return pair;
@@ -192,7 +192,7 @@ void AddChange(DatedChange change, std::vector<DatedChange>* changes) {
 
 // In the world of a group.
 MapChange Moved(MapChange change, const RigidTransform& T) {
-  Eigen::Vector3d least = Eigen::Vector3d::Constant(kFarthest_m), most = -least;
+  Eigen::Vector3d least = Eigen::Vector3d::Constant(kFarthestPoint_m), most = -least;
   for (SurfaceSample& sample : change.surfaces) {
     sample.p_world = T * sample.p_world;
     sample.normal_world = T.rotation * sample.normal_world;

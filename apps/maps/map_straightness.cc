@@ -232,10 +232,10 @@ void AlongPiece(const PlySegment& s, double step_m, Visit visit) {
 using Edge = std::vector<PlySegment>;
 
 // The ends of pieces, and who ends there.
-using Place = std::array<int64_t, 3>;
-using EndsAt = std::map<Place, std::vector<size_t>>;
+using EndPlace = std::array<int64_t, 3>;
+using EndsAt = std::map<EndPlace, std::vector<size_t>>;
 
-Place RoundPlace(const Vector3d& p) {
+EndPlace RoundEnd(const Vector3d& p) {
   constexpr double kGrid_m = 1e-4;
   return {std::llround(p.x() / kGrid_m), std::llround(p.y() / kGrid_m),
           std::llround(p.z() / kGrid_m)};
@@ -279,10 +279,10 @@ Chain FollowChain(const std::vector<PlySegment>& lines, const EndsAt& ends, size
   for (size_t piece = first; !(*passed)[piece];) {
     (*passed)[piece] = true;
     const PlySegment& line = lines[piece];
-    const bool is_turned = RoundPlace(line.start_world) != RoundPlace(chain.places.back());
+    const bool is_turned = RoundEnd(line.start_world) != RoundEnd(chain.places.back());
     chain.pieces.push_back(piece);
     chain.places.push_back(is_turned ? line.start_world : line.end_world);
-    const std::vector<size_t>& next = ends.at(RoundPlace(chain.places.back()));
+    const std::vector<size_t>& next = ends.at(RoundEnd(chain.places.back()));
     if (next.size() == 2) piece = next[0] == piece ? next[1] : next[0];
   }
   return chain;
@@ -294,8 +294,8 @@ std::vector<std::pair<PlySegment, std::vector<size_t>>> FindRuns(
     const std::vector<PlySegment>& lines) {
   EndsAt ends;
   for (size_t i = 0; i < lines.size(); ++i) {
-    ends[RoundPlace(lines[i].start_world)].push_back(i);
-    ends[RoundPlace(lines[i].end_world)].push_back(i);
+    ends[RoundEnd(lines[i].start_world)].push_back(i);
+    ends[RoundEnd(lines[i].end_world)].push_back(i);
   }
   std::vector<std::pair<PlySegment, std::vector<size_t>>> runs;
   std::vector<bool> passed(lines.size(), false);
@@ -312,7 +312,7 @@ std::vector<std::pair<PlySegment, std::vector<size_t>>> FindRuns(
   for (size_t i = 0; i < lines.size(); ++i) {
     for (const bool backwards : {false, true}) {
       const Vector3d& end = backwards ? lines[i].end_world : lines[i].start_world;
-      if (ends.at(RoundPlace(end)).size() != 2) follow(i, backwards);
+      if (ends.at(RoundEnd(end)).size() != 2) follow(i, backwards);
     }
   }
   for (size_t i = 0; i < lines.size(); ++i) follow(i, false);  // those that close

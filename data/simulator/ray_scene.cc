@@ -223,7 +223,7 @@ CameraRays::CameraRays(const Camera& camera)
 
 namespace {
 
-constexpr double kStep_s = 0.05;
+constexpr double kPathStep_s = 0.05;
 constexpr float kHeadroom_m = 10;  // a scene may have no ceiling
 
 Eigen::AlignedBox3f ComputeBounds(const Scene& scene) {
@@ -250,11 +250,11 @@ WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   WayCrossings crossings;
   Eigen::Vector3f before = Eigen::Vector3f::Zero();
   const double first_s = task.times_s.front(), last_s = task.times_s.back();
-  const auto steps = static_cast<int64_t>((last_s - first_s) / kStep_s) + 1;
+  const auto steps = static_cast<int64_t>((last_s - first_s) / kPathStep_s) + 1;
   for (int64_t i = 0; i <= steps; ++i) {
     if (i % 256 == 0)
       progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(steps + 1));
-    const double t_s = std::min(first_s + static_cast<double>(i) * kStep_s, last_s);
+    const double t_s = std::min(first_s + static_cast<double>(i) * kPathStep_s, last_s);
     const RigidTransform T_world_left = task.motion.PoseAt(t_s) * task.rig.T_imu_camera[0];
     const Eigen::Vector3f place = T_world_left.translation.cast<float>();
     if (!bounds.contains(place)) {

@@ -199,15 +199,15 @@ class LightBaker {
   // One packet of rays to points of the lamps, stratified; the mean of what they bring.
   float PacketOfLight(const SurfacePoint& point, const std::vector<float>& weights,
                       int packet_index) const {
-    constexpr int kLanes = RayScene::kLanes;
+    constexpr int kRays = RayScene::kLanes;
     RayScene::Packet packet;
     packet.Clear();
-    float light[kLanes] = {};
+    float light[kRays] = {};
     const uint32_t seed = Mixed(point.id, static_cast<uint32_t>(packet_index));
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = 0; i < kRays; ++i) {
       const uint32_t at = Mixed(seed, static_cast<uint32_t>(i));
       const float pick =
-          (static_cast<float>(i) + UnitFloat(at)) / static_cast<float>(kLanes) * weights.back();
+          (static_cast<float>(i) + UnitFloat(at)) / static_cast<float>(kRays) * weights.back();
       const auto found = std::upper_bound(weights.begin(), weights.end(), pick);
       const size_t k = std::min<size_t>(found - weights.begin(), weights.size() - 1);
       const float weight = weights[k] - (k > 0 ? weights[k - 1] : 0);
@@ -220,8 +220,8 @@ class LightBaker {
     }
     rays_.FindBlocked(&packet);
     float sum = 0;
-    for (int i = 0; i < kLanes; ++i) sum += packet.rays.ray.tfar[i] > 0 ? light[i] : 0;
-    return sum / static_cast<float>(kLanes);
+    for (int i = 0; i < kRays; ++i) sum += packet.rays.ray.tfar[i] > 0 ? light[i] : 0;
+    return sum / static_cast<float>(kRays);
   }
 
   // Irradiance over pi by the whole lamp, as if all of it were at the target. Lamps shine both

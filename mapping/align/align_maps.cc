@@ -29,7 +29,7 @@ constexpr double kMinTelling = 1.5;
 constexpr double kMinTellingShare = 0.05;
 constexpr double kMinHoldingShare = 0.015;
 
-constexpr double kSamePlace_m = 0.2, kSamePlace_rad = 0.03;
+constexpr double kSamePose_m = 0.2, kSamePose_rad = 0.03;
 constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share of what agrees
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
@@ -88,8 +88,8 @@ class Aligner {
   }
 
   bool IsSamePlace(const RigidTransform& a, const RigidTransform& b) const {
-    return (a * centre_ - b * centre_).norm() < kSamePlace_m &&
-           std::abs(ComputeYaw(a.Inverse() * b)) < kSamePlace_rad;
+    return (a * centre_ - b * centre_).norm() < kSamePose_m &&
+           std::abs(ComputeYaw(a.Inverse() * b)) < kSamePose_rad;
   }
 
   // The candidates where they come to rest, each once, the best first.

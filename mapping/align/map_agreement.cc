@@ -24,7 +24,7 @@ constexpr double kUprightNormal_z = 0.2, kLevelDirection_z = 0.1;
 
 using CubeKey = std::array<int64_t, 4>;  // and where it faces
 
-CubeKey FindCube(const DensePoint& point) {
+CubeKey FindPointCube(const DensePoint& point) {
   int axis = 0;
   point.normal_world.cwiseAbs().maxCoeff(&axis);
   const auto index = [&](int i) {
@@ -41,7 +41,7 @@ std::vector<SurfaceSample> SampleSurfaces(const std::vector<DensePoint>& points)
   std::map<CubeKey, Sum> cubes;
   for (const DensePoint& point : points) {
     const double sigma_m = std::max(point.sigma_m, 0.002), weight = 1 / (sigma_m * sigma_m);
-    Sum& sum = cubes[FindCube(point)];
+    Sum& sum = cubes[FindPointCube(point)];
     sum.p += weight * point.p_world;
     sum.normal += weight * point.normal_world;
     sum.weight += weight;

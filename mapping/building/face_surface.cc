@@ -19,7 +19,7 @@ constexpr double kMaxProud_m = 0.04;  // how far what is fixed to a wall stands 
 
 constexpr double kBin_m = 0.001;            // of distances from the face
 constexpr double kSamplesWithin_m = 0.06;   // samples so far from the face are looked at
-constexpr int kBins = 120;                  // up to there on both sides
+constexpr int kOffsetBins = 120;            // up to there on both sides
 constexpr double kBackward_m = 0.046;       // the first offset that is tried is so far behind,
 constexpr int kOffsets = 39;                // the last of these 3 cm before the face,
 constexpr int kBinsAnOffset = 2;            // in steps of so many bins
@@ -99,7 +99,7 @@ class Histogram {
       const double level = std::round(2 * std::log2(place.sigma_m / kLeastSigma_m));
       const double bin = std::floor((place.distance_m + kSamplesWithin_m) / kBin_m);
       weights_[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
-              [std::clamp(static_cast<int>(bin), 0, kBins - 1)] += place.weight;
+              [std::clamp(static_cast<int>(bin), 0, kOffsetBins - 1)] += place.weight;
     }
   }
 
@@ -109,7 +109,7 @@ class Histogram {
     for (int level = 0; level < kLevels; ++level) {
       if (weights_[level] == Weights{}) continue;
       const std::array<double, kShifts> densities = LogDensities(level, trim_m);
-      for (int bin = 0; bin < kBins; ++bin) {
+      for (int bin = 0; bin < kOffsetBins; ++bin) {
         const double weight = weights_[level][bin];
         if (weight == 0) continue;
         for (int i = 0; i < kOffsets; ++i) {
@@ -121,8 +121,8 @@ class Histogram {
   }
 
  private:
-  static constexpr int kLevels = 10, kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
-  using Weights = std::array<double, kBins>;
+  static constexpr int kLevels = 10, kShifts = kOffsetBins + (kOffsets - 1) * kBinsAnOffset;
+  using Weights = std::array<double, kOffsetBins>;
 
   // Of bins, from the surface that is farthest in front.
   std::array<double, kShifts> LogDensities(int level, TrimDepth trim_m) const {

@@ -29,7 +29,7 @@ constexpr double kMostSlope = 0.0875;     // of a face against the heading it is
 constexpr double kLeastHeight_m = 0.4;    // of a face
 constexpr double kLeastLength_m = 0.25;   // of a face
 constexpr double kProbe_m = 0.15;         // before a face, whether it is free there
-constexpr double kNear_m = 0.03;          // samples so far from a face are on it,
+constexpr double kNearFace_m = 0.03;      // samples so far from a face are on it,
 constexpr double kTails = 2.5;            // and those that are off by so many sigma
 constexpr double kBehindProud_m = 0.045;  // from where things before a wall put it to itself
 constexpr double kSettling_m = 0.015;     // once more, with what it goes on along
@@ -240,7 +240,8 @@ void Explain(const std::vector<FaceSample>& samples, const Face& face,
     const Vector2d p = sample.p_world.head<2>();
     const double along_m = face.MeasureAlong(p);
     if (along_m < face.from_m || along_m > face.to_m) continue;
-    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * EvaluateSigma(sample))) continue;
+    if (std::abs(face.DistanceTo(p)) > std::max(kNearFace_m, kTails * EvaluateSigma(sample)))
+      continue;
     const bool is_like = sample.normal.isZero()
                              ? std::abs(sample.direction.dot(face.normal)) < kLineTurn_rad
                              : sample.normal.dot(face.normal) > 0.9;
@@ -320,7 +321,7 @@ double ComputeAngle(const Face& face) { return std::atan2(face.normal.y(), face.
 // Metres of a face along which level lines lie on it.
 double MeasureLines(const std::vector<FaceSample>& samples, const Face& face) {
   std::set<int> steps;
-  for (const double at_m : FindLinePlaces(samples, face, kNear_m)) {
+  for (const double at_m : FindLinePlaces(samples, face, kNearFace_m)) {
     if (at_m < face.from_m || at_m > face.to_m) continue;
     steps.insert(static_cast<int>((at_m - face.from_m) / kBuildingLineSample_m));
   }

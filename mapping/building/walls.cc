@@ -11,7 +11,7 @@
 namespace slcmap::inline mapping {
 namespace {
 
-constexpr double kCorner_m = 0.5;      // from a measured end to the corner
+constexpr double kToCorner_m = 0.5;    // from a measured end to the corner
 constexpr double kAlike = 0.99;        // cosine, 8 degrees
 constexpr double kLong_m = 1.5;        // covered: of a wall that need not be like others
 constexpr double kThin_m = 0.25;       // between two faces that make a wall of each other
@@ -22,12 +22,12 @@ constexpr double kMostAbove_m = 0.75;  // the floor, what is measured of a wall 
 
 double FindCorner(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
   const Face& face = built.wall.face;
-  double corner_m = end_m, least_m = kCorner_m;
+  double corner_m = end_m, least_m = kToCorner_m;
   for (const BuiltFace& other : faces) {
     if (!other.is_wall || &other == &built || other.wall.face.level != face.level) continue;
     const auto crossing = Crossing(face, other.wall.face);
-    if (!crossing || crossing->second < other.wall.face.from_m - kCorner_m ||
-        crossing->second > other.wall.face.to_m + kCorner_m) {
+    if (!crossing || crossing->second < other.wall.face.from_m - kToCorner_m ||
+        crossing->second > other.wall.face.to_m + kToCorner_m) {
       continue;
     }
     const double distance_m = std::abs(crossing->first - end_m);
@@ -151,8 +151,8 @@ bool IsLong(const BuiltFace& built) {
 bool EndsAt(const WallFace& wall, const FaceOpening& opening, double top_m) {
   const Face& face = wall.face;
   return opening.kind == OpeningKind::kPassage && opening.high_m >= top_m - kLintel_m &&
-         (CoveredLength(wall, {face.from_m, opening.from_m}) < kCorner_m ||
-          CoveredLength(wall, {opening.to_m, face.to_m}) < kCorner_m);
+         (CoveredLength(wall, {face.from_m, opening.from_m}) < kToCorner_m ||
+          CoveredLength(wall, {opening.to_m, face.to_m}) < kToCorner_m);
 }
 
 // Whether another face is right behind it, as the other side of a wall is; a door's leaf is

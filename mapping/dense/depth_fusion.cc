@@ -99,7 +99,7 @@ namespace {
 constexpr float kIndependent = 10;       // observations of a place share what is wrong with it
 constexpr float kMinSigma_m = 0.001F;    // of one view's depth: what its model deserves
 constexpr double kMaxSigmaVoxels = 1.5;  // of a point, in voxels
-constexpr int kReach = 2;                // voxels around one that its plane is fitted to
+constexpr int kSurfelReach = 2;          // voxels around one that its plane is fitted to
 constexpr double kMinFacing = 0.7;       // cosine between normals of one surface
 constexpr double kSameSigmas = 3;        // along the normal, between points of one surface
 constexpr double kBesides = 0.6;         // voxels across it, at which they are two points
@@ -185,7 +185,7 @@ Surfel OntoPlane(const Surfel& surfel, const SurfelIndex& index, double voxel_m)
   const Eigen::Vector3d up = surfel.normal.cross(across);
   SlopeFit fit;
   double weight = 0;
-  index.ForEachNear(surfel, kReach, [&](std::size_t, const Surfel& other) {
+  index.ForEachNear(surfel, kSurfelReach, [&](std::size_t, const Surfel& other) {
     const Eigen::Vector3d way = other.p - surfel.p;
     const double offset_m = way.dot(surfel.normal);
     const double same_m = kSameSigmas * std::hypot(other.sigma_m, surfel.sigma_m) + 0.3 * voxel_m;
@@ -221,7 +221,7 @@ std::vector<Surfel> ThinnedOut(const std::vector<Surfel>& surfels, const SurfelI
   };
   std::vector<std::vector<std::size_t>> shadowed_by(surfels.size());
   ParallelFor(surfels.size(), [&](std::size_t i) {
-    index.ForEachNear(surfels[i], kReach, [&](std::size_t j, const Surfel& other) {
+    index.ForEachNear(surfels[i], kSurfelReach, [&](std::size_t j, const Surfel& other) {
       if (comes_first(j, i) && Shadows(other, surfels[i], voxel_m)) shadowed_by[i].push_back(j);
     });
   });

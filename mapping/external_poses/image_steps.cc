@@ -168,7 +168,7 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
 
 namespace {
 
-constexpr double kGap_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
+constexpr double kBetweenPoses_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
 
 }  // namespace
 
@@ -176,9 +176,9 @@ std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<Bo
                               int64_t offset_ns) {
   std::vector<StepPair> pairs;
   for (const BodyStep& step : steps) {
-    const auto from = PoseNear(trajectory, step.from_ns - offset_ns, kGap_s, kNearPose_s);
+    const auto from = PoseNear(trajectory, step.from_ns - offset_ns, kBetweenPoses_s, kNearPose_s);
     if (!from) continue;
-    const auto to = PoseNear(trajectory, step.to_ns - offset_ns, kGap_s, kNearPose_s);
+    const auto to = PoseNear(trajectory, step.to_ns - offset_ns, kBetweenPoses_s, kNearPose_s);
     if (to) pairs.push_back({step, from->Inverse() * *to, to->rotation});
   }
   return pairs;

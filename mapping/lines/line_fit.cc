@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kRobustSigmas = 1;  // at which a place counts half (Cauchy)
 
-constexpr int kSteps = 5;
+constexpr int kFitSteps = 5;
 constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
 constexpr double kMaxStep_m = 1;
@@ -223,7 +223,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   const double alike = shared * PlacesAlike(places, options);  // places and views that err as one
   Sums sums;
   Eigen::Matrix4d of_places = Eigen::Matrix4d::Zero();
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kFitSteps; ++step) {
     fit.across = ComputeAcross(fit.line.direction_world);
     sums = SumPlaces(fit.line, fit.across, places, sigmas_px, views, fit.shift_m, options);
     if (sums.off_px.size() < 4) return std::nullopt;

@@ -15,7 +15,7 @@ namespace slcmap::inline mapping {
 namespace {
 
 constexpr double kLeastSpacing_m = 0.04, kMostSpacing_m = 0.7;  // bricks to slabs
-constexpr double kOffPlane_m = 0.03;
+constexpr double kOffPatternPlane_m = 0.03;
 constexpr int kLeastLines = 6;         // tell a distance
 constexpr double kChance = 1e-3;       // that lines which lie anywhere pass for a pattern
 constexpr double kSameLine_m = 0.004;  // between the places of one line
@@ -84,7 +84,7 @@ struct PlaneOfLines {
 std::optional<std::vector<PlacedLine>> TakeFullestPlane(std::vector<PlacedLine>* lines) {
   size_t best = 0, from = 0, most = 0;
   for (size_t to = 0; to < lines->size(); ++to) {
-    while ((*lines)[to].off_m - (*lines)[from].off_m > 2 * kOffPlane_m) ++from;
+    while ((*lines)[to].off_m - (*lines)[from].off_m > 2 * kOffPatternPlane_m) ++from;
     if (to - from + 1 <= most) continue;
     most = to - from + 1;
     best = from;

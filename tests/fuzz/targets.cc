@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -13,6 +14,7 @@
 #include "data/calibration/calibration.h"
 #include "data/calibration/other_calibrations.h"
 #include "data/core/error.h"
+#include "data/external/external_map.h"
 #include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/io/map_line.h"
@@ -22,11 +24,13 @@
 #include "data/rig/profile.h"
 #include "data/simulator/scene/scene.h"
 #include "data/source/asl_files.h"
+#include "export/export.h"
 #include "mapping/map/building.h"
 #include "mapping/map/map_folder.h"
 #include "mapping/map/occupancy_map.h"
 #include "mapping/mapping.h"
 #include "mapping/options.h"
+#include "mapping/plan/plan_files.h"
 #include "odometry/options.h"
 #include "odometry/run/run_folder.h"
 #include "odometry/run/run_journal.h"
@@ -284,6 +288,48 @@ Inputs OtherCalibrations() {
       "cam0:\n  T_imu_cam: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"};
 }
 
+// What a map is exported as that plans and maps by others are read from.
+const Inputs& ExportsOf(const std::string& format) {
+  static std::map<std::string, Inputs> of_format;
+  Inputs& exports = of_format[format];
+  if (!exports.empty()) return exports;
+  const TempFolder folder;
+  MapResult map = MapRun(testing::MakeLineRun(), nullptr, {});
+  map.building = testing::MakeBuilding(2);
+  ExportOptions options;
+  options.formats = {format};
+  for (const std::string& path : ExportMap(map, folder.Path("export"), options)) {
+    if (fs::path(path).extension() == "." + format) exports.push_back(ReadFile(path));
+  }
+  return exports;
+}
+
+Target OfExports(const std::string& name, const std::string& format, const Read& read) {
+  return OfFile(name + "_" + format, "file." + format, [=] { return ExportsOf(format); }, {read});
+}
+
+// Rows as others write maps: of points, of segments, of a marker, a cloud of PCL.
+Inputs TextMaps() {
+  return {"1 2 3\n4 5 6.5\n7 8 9\n", "x1,y1,z1,x2,y2,z2\n1,2,3,4,5,6.5\n",
+          "1\n0 2 2\n1 2 3\n4 5 6.5\n0 1 \n3 4 \n",
+          "scale:\n  x: 0.03\npoints:\n- x: 1.0\n  y: 2.0\n  z: 3.0\n- x: 4.0\n  y: 5.0\n  z: "
+          "6.5\ncolors: []\n---\n",
+          "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\n"
+          "HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n"};
+}
+
+std::vector<Target> MapTargets() {
+  const Read read_plan = [](const auto& path) { ReadPlans(path, 0); };
+  const Read read_map = [](const auto& path) { ReadExternalMap(path); };
+  return {OfExports("plan", "dxf", read_plan),
+          OfExports("plan", "ifc", read_plan),
+          OfExports("plan", "geojson", read_plan),
+          OfExports("external_map", "dxf", read_map),
+          OfExports("external_map", "obj", read_map),
+          OfExports("external_map", "las", read_map),
+          OfFile("external_map_text", "map.txt", TextMaps, {read_map})};
+}
+
 std::vector<Target> DataTargets() {
   const auto warnings = std::make_shared<Warnings>();  // nobody looks at them
   const auto rigs = [] { return CollectFiles(SLCMAP_SOURCE_DIR "/config/rigs"); };
@@ -347,6 +393,7 @@ std::vector<Target> Targets() {
       OfFile("building", "building.json", BuildingJsonFiles,
              {[](const auto& path) { ReadTrueBuilding(path); }, ReadAsBuilding})};
   targets.insert(targets.end(), std::begin(more), std::end(more));
+  for (Target& target : MapTargets()) targets.push_back(std::move(target));
   return targets;
 }
 

@@ -12,7 +12,7 @@ namespace slcmap::inline data {
 namespace {
 
 constexpr int kNormalCount = 1 << 16;
-constexpr int kSteps = 16;  // of signal per grey value
+constexpr int kSignalSteps = 16;  // of signal per grey value
 
 cv::Mat Transmission(double vignetting, int width_px, int height_px) {
   cv::Mat image(height_px, width_px, CV_32F);
@@ -35,9 +35,9 @@ std::vector<float> NormalNumbers() {
 }
 
 std::vector<uint8_t> GreyTable(double gamma) {
-  std::vector<uint8_t> table(256 * kSteps);
+  std::vector<uint8_t> table(256 * kSignalSteps);
   for (size_t i = 0; i < table.size(); ++i) {
-    const double signal = static_cast<double>(i) / kSteps;
+    const double signal = static_cast<double>(i) / kSignalSteps;
     const double grey = 255 * std::pow(signal / 255, 1 / gamma);
     table[i] = static_cast<uint8_t>(std::clamp(std::lround(grey), 0l, 255l));
   }
@@ -121,7 +121,8 @@ cv::Mat CameraResponse::Develop(const cv::Mat& radiance, const Exposure& exposur
       const float signal = scale * in[x] * transmission[x];
       const float normal = normal_[Mixed(seed + pixel) & (kNormalCount - 1)];
       const float noisy = signal + std::sqrt(shot * signal + read) * normal;
-      out[x] = grey_of_signal_[static_cast<int>(std::clamp(noisy * kSteps + 0.5f, 0.0f, last))];
+      out[x] =
+          grey_of_signal_[static_cast<int>(std::clamp(noisy * kSignalSteps + 0.5f, 0.0f, last))];
     }
   }
   return image;

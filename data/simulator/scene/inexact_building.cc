@@ -26,10 +26,10 @@ constexpr double kMaxShift_m = 0.01;  // of any part of a fitting by its turn, a
 // Posters and plates are as near to their wall as 6 mm, and have to stay before it.
 constexpr double kThin_m = 0.05, kMaxThinShift_m = 0.0025;
 
-constexpr double kPatch_m = 0.4;        // longest side: bends by some 0.1 mm within it
-constexpr double kOverlap_m = 0.0003;   // of walls, floors and ceilings where their patches differ
-constexpr double kPiece_m = 0.5;        // longest straight piece of a bent edge
-constexpr double kStraight_m = 0.0002;  // an edge that bends by less stays one
+constexpr double kPatch_m = 0.4;       // longest side: bends by some 0.1 mm within it
+constexpr double kOverlap_m = 0.0003;  // of walls, floors and ceilings where their patches differ
+constexpr double kPiece_m = 0.5;       // longest straight piece of a bent edge
+constexpr double kStraightEdge_m = 0.0002;  // an edge that bends by less stays one
 constexpr size_t kMaxPatches = 3'000'000;
 
 constexpr OptionTable kInexact{Option{"amount", &InexactOptions::amount, 0.0, 2.0},
@@ -230,7 +230,7 @@ std::vector<Vector3d> Chain(const TrueEdge& edge, const InexactBuilding& buildin
 bool Bends(const std::vector<Vector3d>& points) {
   const Vector3d chord = (points.back() - points.front()).normalized();
   return std::any_of(points.begin(), points.end(), [&](const Vector3d& point) {
-    return (point - points.front()).cross(chord).norm() >= kStraight_m;
+    return (point - points.front()).cross(chord).norm() >= kStraightEdge_m;
   });
 }
 

@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::TempFolder;
 
-constexpr int64_t kStart_ns = 1403636579758555392, kStep_ns = 5000000;
+constexpr int64_t kImuStart_ns = 1403636579758555392, kStep_ns = 5000000;
 constexpr int kCount = 1600;
 
 // A hand-held motion: what the sensors read at a time.
@@ -38,7 +38,7 @@ std::string Numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.9g},{:.9g},{:.9g}", v.x(), v.y(), v.z());
 }
 
-int64_t StampOf(int i) { return kStart_ns + i * kStep_ns; }
+int64_t StampOf(int i) { return kImuStart_ns + i * kStep_ns; }
 
 // What `row` makes of each sample.
 template <typename Row>
@@ -68,7 +68,7 @@ std::string FaultOf(const std::string& rows) {
 // Each sample is what the motion has at its stamp, late by `late_s`.
 void ExpectOnTime(const std::vector<ImuSample>& samples, double late_s, double most_s) {
   for (size_t i = 50; i + 50 < samples.size(); ++i) {
-    const double t_s = ToSeconds(samples[i].stamp_ns - kStart_ns) - late_s;
+    const double t_s = ToSeconds(samples[i].stamp_ns - kImuStart_ns) - late_s;
     EXPECT_LT((samples[i].angular_velocity_rad_s - GyroAt(t_s)).norm(), most_s) << i;
     EXPECT_LT((samples[i].specific_force_m_s2 - AccelAt(t_s)).norm(), 3 * most_s + 0.003) << i;
   }
@@ -191,7 +191,7 @@ std::string Packets(int size, int64_t gap_ns, int lost = -1) {
   for (int first = 0; first + size <= kCount; first += size) {
     if (first / size == lost) continue;
     for (int k = 0; k < size; ++k) {
-      const int64_t last_ns = kStart_ns + (first + size - 1) * kStep_ns + 2000000;
+      const int64_t last_ns = kImuStart_ns + (first + size - 1) * kStep_ns + 2000000;
       rows += PlainRow(last_ns - (size - 1 - k) * gap_ns, first + k);
     }
   }

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance_m = 0.01;
 const Shift kShift(0.03, -0.02, 0.01, 0.004);
-const ShiftSigma kSigma{0.03, 0.01};
+const ShiftSigma kShiftSigma{0.03, 0.01};
 
 // A corner of the building seen again, of which one direction is not told, and where it is.
 ShiftVote VoteAt(const Eigen::Vector3d& place, int untold, const Shift& shift,
@@ -51,13 +51,13 @@ std::vector<ShiftVote> Votes(int right, int wrong) {
 }
 
 TEST(Agreement, IsFoundAmongAsManyWrongMatches) {
-  const Agreement agreement = FindAgreement(Votes(20, 20), kSigma, 0.025);
+  const Agreement agreement = FindAgreement(Votes(20, 20), kShiftSigma, 0.025);
   EXPECT_LT((agreement.shift - kShift).head<3>().norm(), 0.005);
   EXPECT_NEAR(agreement.shift[3], kShift[3], 0.002);
   EXPECT_GE(agreement.votes, 19);
   EXPECT_LT(1.5 * agreement.runner_up, agreement.votes);
   for (size_t i = 0; i < 19; ++i) EXPECT_EQ(agreement.chosen[i], 0);
-  EXPECT_LT(FindAgreement(Votes(0, 40), kSigma, 0.025).votes, 20) << "wrong ones alone";
+  EXPECT_LT(FindAgreement(Votes(0, 40), kShiftSigma, 0.025).votes, 20) << "wrong ones alone";
 }
 
 // Doors one period apart: half of what is seen fits one shift, half another.
@@ -66,7 +66,7 @@ TEST(Agreement, ASecondShiftIsToldOf) {
   for (ShiftVote& vote : votes) {
     vote.alternatives.push_back(vote.alternatives[0] + vote.by_shift * Shift(-0.06, 0, 0, 0));
   }
-  const Agreement agreement = FindAgreement(votes, kSigma, 0.025);
+  const Agreement agreement = FindAgreement(votes, kShiftSigma, 0.025);
   EXPECT_GE(agreement.votes, 19);
   EXPECT_GE(agreement.runner_up, 19);
 }
@@ -78,11 +78,11 @@ TEST(Agreement, WhatIsNotToldStaysZeroAndBeyondTheGateNothingIsFound) {
     along_corridor.push_back(VoteAt({0, 0.1 * i, 0}, 0, Shift(0, 0.02, 0.01, 0), &generator));
     far.push_back(VoteAt({0.2 * i, 1, 2}, i % 3, Shift(1, 1, 1, 0), &generator));
   }
-  const Agreement agreement = FindAgreement(along_corridor, kSigma, 0.025);
+  const Agreement agreement = FindAgreement(along_corridor, kShiftSigma, 0.025);
   EXPECT_LT((agreement.shift - Shift(0, 0.02, 0.01, 0)).head<3>().norm(), 0.003);
   EXPECT_EQ(agreement.runner_up, 0);
-  EXPECT_EQ(FindAgreement(far, kSigma, 0.025).votes, 0);
-  EXPECT_EQ(FindAgreement({}, kSigma, 0.025).votes, 0);
+  EXPECT_EQ(FindAgreement(far, kShiftSigma, 0.025).votes, 0);
+  EXPECT_EQ(FindAgreement({}, kShiftSigma, 0.025).votes, 0);
 }
 
 // Places that are recognised by the edges of the building that are seen there.
