@@ -211,8 +211,11 @@ void Convert(const ConvertArguments& arguments) {
       packing.form == kFolder && !is_video && !IsBagRecording(arguments.input);
   spdlog::info("wrote {}{}", path,
                has_calibration ? ""
-                               : "; its calibration is given to what opens it: slcmap run " + path +
-                                     " --calibration rig.yaml");
+                               : "; a calibration is given to what opens it: slcmap run " + path +
+                                     " --calibration rig.yaml" +
+                                     (is_video ? ""
+                                               : "; slcmap calibration " + arguments.input +
+                                                     " -o rig.yaml writes that one"));
 }
 
 }  // namespace

@@ -33,6 +33,8 @@ std::string InWords(const std::vector<Row>& rows) {
                      Count(rows, PlanStatus::kMissing), Count(rows, PlanStatus::kNew));
 }
 
+constexpr double kMostDiffering = 0.5;  // of walls, against those that agree
+
 void LogComparison(const PlanComparison& comparison) {
   const Eigen::Vector3d& p = comparison.T_plan_world.translation;
   spdlog::info(
@@ -43,6 +45,12 @@ void LogComparison(const PlanComparison& comparison) {
       100 * comparison.rival_share);
   spdlog::info("{}: walls: {}; openings: {}", comparison.plan, InWords(comparison.walls),
                InWords(comparison.openings));
+  if (comparison.differing_m > kMostDiffering * comparison.agreeing_m) {
+    spdlog::warn(
+        "{}: much of the map is not as planned: is it the plan of this floor, and in its "
+        "scale?",
+        comparison.plan);
+  }
 }
 
 }  // namespace
@@ -112,7 +120,6 @@ void PlanStage::Compare(const Progress& progress, MapResult* map) {
     throw;
   } catch (const DataError& error) {
     fault_ = fmt::format("{}: {}", arguments_.plan, error.what());
-    spdlog::warn("the map is written without the plan: {}", fault_);
   }
 }
 

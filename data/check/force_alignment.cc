@@ -274,11 +274,13 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
   alignment.image_scale_sigma = std::sqrt(composition.covariance(0, 0)) / (share * share);
   const Eigen::Matrix3d R_imu_camera = turns.R_imu_camera.toRotationMatrix();
   alignment.lever_m = R_imu_camera * composition.values.segment<3>(1) / share;
+  // It is over the share, and known no better than that is.
+  Eigen::Matrix<double, 3, 4> jacobian;
+  jacobian << -alignment.lever_m / share, R_imu_camera / share;
   alignment.lever_sigma_m =
-      (R_imu_camera * composition.covariance.block<3, 3>(1, 1) * R_imu_camera.transpose())
+      (jacobian * composition.covariance.topLeftCorner<4, 4>() * jacobian.transpose())
           .diagonal()
-          .cwiseSqrt() /
-      std::abs(share);
+          .cwiseSqrt();
   return alignment;
 }
 

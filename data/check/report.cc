@@ -77,9 +77,9 @@ Rig Corrected(const Rig& rig, const CheckReport& report) {
 
 std::string CheckTable(const CheckReport& report) {
   std::string text =
-      fmt::format("sequence     {}{}\ncalibration  {}\n\n", report.sequence,
+      fmt::format("sequence     {}{}\n{}{}\n\n", report.sequence,
                   report.topics.empty() || report.form.empty() ? "" : " (" + report.form + ")",
-                  report.calibration.empty() ? "none" : report.calibration) +
+                  report.calibration.empty() ? "" : "calibration  ", report.calibration) +
       TopicTable(report.topics);
   for (const CheckFigure& figure : report.figures) {
     text += fmt::format("{:<34} {:>12.6g} {}\n", figure.name, figure.value, figure.unit);

@@ -1,11 +1,15 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "data/core/error.h"
+#include "data/core/math.h"
 #include "data/external/readers.h"
 #include "data/io/csv.h"
 
@@ -85,22 +89,31 @@ class ObjReader {
 
 // Metres of a unit of $INSUNITS; 1 where it is not said.
 double MetresOfDxfUnit(int64_t unit) {
-  switch (unit) {
-    case 1:
-      return 0.0254;
-    case 2:
-      return 0.3048;
-    case 4:
-      return 0.001;
-    case 5:
-      return 0.01;
-    case 10:
-      return 0.9144;
-    case 14:
-      return 0.1;
-    default:
-      return 1;
+  static const std::map<int64_t, double> kMetres = {
+      {1, 0.0254},  {2, 0.3048},  {3, 1609.344}, {4, 0.001},         {5, 0.01},  {7, 1000},
+      {8, 2.54e-8}, {9, 2.54e-5}, {10, 0.9144},  {11, 1e-10},        {12, 1e-9}, {13, 1e-6},
+      {14, 0.1},    {15, 10},     {16, 100},     {21, 1200.0 / 3937}};
+  const auto found = kMetres.find(unit);
+  return found == kMetres.end() ? 1 : found->second;
+}
+
+// The places on an arc behind its first and before its last one.
+void AddArc(const Vector3d& centre, const Vector3d& from, double turn_rad,
+            std::vector<Vector3d>* places) {
+  const int pieces = static_cast<int>(std::ceil(std::abs(turn_rad) / 0.15));
+  for (int i = 1; i < pieces; ++i) {
+    const Eigen::AngleAxisd turn(turn_rad * i / pieces, Vector3d::UnitZ());
+    places->push_back(centre + turn * (from - centre));
   }
+}
+
+// Of a corner with a bulge, the tangent of a quarter of the turn to the next one.
+void AddBulge(const Vector3d& from, const Vector3d& to, double bulge,
+              std::vector<Vector3d>* places) {
+  if (bulge == 0) return;
+  const Vector3d chord = to - from, left(-chord.y(), chord.x(), 0);
+  AddArc(from + chord / 2 + left * (1 - bulge * bulge) / (4 * bulge), from, 4 * std::atan(bulge),
+         places);
 }
 
 // An entity of a DXF file: its type, and its numbers by their codes, in their order.
@@ -117,7 +130,11 @@ struct DxfEntity {
   Vector3d Place(int corner) const {
     return {Get(10 + corner, 0), Get(20 + corner, 0), Get(30 + corner, 0)};
   }
+  // Seen from below: x of what is drawn in a plane then runs the other way.
+  bool IsMirrored() const { return Get(230, 1) < 0; }
 };
+
+constexpr int kBulge = 42;
 
 class DxfReader {
  public:
@@ -146,9 +163,9 @@ class DxfReader {
           "there is taken",
           path_);
     }
-    if (inserts_ > 0) {
-      spdlog::warn("{}: left out {} inserted blocks; explode them in CAD where they matter", path_,
-                   inserts_);
+    for (const auto& [type, count] : left_out_) {
+      spdlog::warn("{}: left out {} of {}; explode them in CAD where they matter", path_, count,
+                   type == "INSERT" ? "INSERT (blocks)" : type);
     }
     return std::move(drawing_);
   }
@@ -164,7 +181,8 @@ class DxfReader {
     if (code == 8) entity_.layer = text;
     if (code == 9) variable_ = text;
     if (code == 2 && entity_.type == "SECTION") in_entities_ = text == "ENTITIES";
-    const bool is_number = (code >= 10 && code < 80) || (code >= 140 && code < 148);
+    const bool is_number =
+        (code >= 10 && code < 80) || (code >= 140 && code < 148) || (code >= 210 && code < 240);
     if (!is_number) return;
     const auto fields = SplitRow(text);
     const auto value = fields.empty() ? std::nullopt : ParseNumber(fields.front());
@@ -173,12 +191,18 @@ class DxfReader {
       metres_ = MetresOfDxfUnit(static_cast<int64_t>(*value));
       variable_ = {};
     }
-    entity_.values[code].push_back(*value);
+    std::vector<double>& bulges = entity_.values[kBulge];
+    if (code == 10) bulges.push_back(0);  // until one is said
+    if (code == kBulge && !bulges.empty()) {
+      bulges.back() = *value;
+    } else {
+      entity_.values[code].push_back(*value);
+    }
   }
 
   // Adds the entity that is complete.
   void Finish() {
-    if (!in_entities_) return;
+    if (!in_entities_ || entity_.Get(67, 0) == 1) return;  // 67: on paper, at its scale
     const std::string& type = entity_.type;
     if (type == "LINE") {
       drawing_.lines.push_back({entity_.layer, {entity_.Place(0), entity_.Place(1)}});
@@ -186,7 +210,9 @@ class DxfReader {
     if (type == "POINT") drawing_.points.push_back(entity_.Place(0));
     if (type == "3DFACE") AddFace();
     if (type == "LWPOLYLINE") AddLightPolyline();
-    if (type == "INSERT") ++inserts_;
+    if (type == "ARC" || type == "CIRCLE") AddCircle();
+    static const std::set<std::string> kLeftOut = {"INSERT", "SPLINE", "ELLIPSE", "MLINE"};
+    if (kLeftOut.contains(type)) ++left_out_[type];
     if (type == "POLYLINE") {
       EndPolyline();
       StartPolyline();
@@ -209,6 +235,7 @@ class DxfReader {
     for (size_t i = 0; i < std::min(x.size(), y.size()); ++i) {
       polyline_.emplace_back(x[i], y[i], entity_.Get(38, 0));
     }
+    bulges_ = entity_.values[kBulge];
     StartPolyline();
     EndPolyline();
   }
@@ -216,6 +243,23 @@ class DxfReader {
   void StartPolyline() {
     flags_ = static_cast<int>(entity_.Get(70, 0));
     layer_ = entity_.layer;
+    is_mirrored_ = entity_.IsMirrored() && !(flags_ & 8);  // 8: corners in space
+  }
+
+  void AddCircle() {
+    const double start_rad = kDegree * entity_.Get(50, 0);
+    const double turn_rad = kDegree * entity_.Get(51, 360) - start_rad;
+    const Vector3d centre = entity_.Place(0);
+    const Vector3d from =
+        centre + entity_.Get(40, 0) * Vector3d(std::cos(start_rad), std::sin(start_rad), 0);
+    const double whole_rad = turn_rad - 2 * M_PI * (std::ceil(turn_rad / (2 * M_PI)) - 1);
+    StartPolyline();
+    AddArc(centre, from, whole_rad, &polyline_);
+    polyline_.insert(polyline_.begin(), from);
+    polyline_.push_back(centre + Eigen::AngleAxisd(whole_rad, Vector3d::UnitZ()) * (from - centre));
+    bulges_.clear();
+    flags_ = 0;
+    EndPolyline();
   }
 
   // Of a polyface mesh, vertices with 128 and without 64 name the corners of a face.
@@ -224,6 +268,8 @@ class DxfReader {
     const int flags = static_cast<int>(entity_.Get(70, 0));
     if (!(flags & kFace) || (flags & kPlace)) {
       polyline_.push_back(entity_.Place(0));
+      bulges_.resize(polyline_.size(), 0);
+      bulges_.back() = entity_.Get(kBulge, 0);
       return;
     }
     std::vector<Vector3d> corners;
@@ -241,11 +287,29 @@ class DxfReader {
   void EndPolyline() {
     constexpr int kClosed = 1, kMesh = 16, kPolyface = 64;
     if (!(flags_ & (kMesh | kPolyface)) && polyline_.size() > 1) {
-      if ((flags_ & kClosed) && polyline_.size() > 2) polyline_.push_back(polyline_.front());
-      drawing_.lines.push_back({layer_, polyline_});
+      if ((flags_ & kClosed) && (polyline_.size() > 2 || bulges_ != Straight())) {
+        polyline_.push_back(polyline_.front());
+      }
+      drawing_.lines.push_back({layer_, {}});
+      AddCorners(&drawing_.lines.back().points);
     }
     polyline_.clear();
+    bulges_.clear();
     flags_ = 0;
+    is_mirrored_ = false;
+  }
+
+  std::vector<double> Straight() const { return std::vector<double>(bulges_.size(), 0); }
+
+  void AddCorners(std::vector<Vector3d>* places) const {
+    for (size_t i = 0; i < polyline_.size(); ++i) {
+      if (i > 0 && i - 1 < bulges_.size()) {
+        AddBulge(polyline_[i - 1], polyline_[i], bulges_[i - 1], places);
+      }
+      places->push_back(polyline_[i]);
+    }
+    if (!is_mirrored_) return;
+    for (Vector3d& p : *places) p.x() = -p.x();
   }
 
   void Scale() {
@@ -265,9 +329,11 @@ class DxfReader {
   double metres_ = 1;
   DxfEntity entity_;
   std::vector<Vector3d> polyline_;
-  std::string layer_;  // of the polyline
+  std::vector<double> bulges_;  // behind its corners
+  std::string layer_;           // of the polyline
   int flags_ = 0;
-  int64_t inserts_ = 0;
+  bool is_mirrored_ = false;
+  std::map<std::string, int64_t> left_out_;  // by type
   DxfDrawing drawing_;
 };
 

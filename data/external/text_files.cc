@@ -53,17 +53,20 @@ std::vector<NumberRow> ParseNumberRows(const std::string& path, std::string_view
 // segment, x y x y".
 
 bool IsLimapText(const std::vector<NumberRow>& rows) {
-  return rows.size() >= 6 && rows[0].size() == 1 && rows[1].size() == 3 && rows[2].size() == 3 &&
-         rows[3].size() == 3 && static_cast<double>(rows[4].size()) == rows[1][1];
+  return rows.size() >= 4 && rows[0].size() == 1 && rows[1].size() == 3 && rows[2].size() == 3 &&
+         rows[3].size() == 3 &&
+         (rows[1][1] == 0 ||
+          (rows.size() >= 6 && static_cast<double>(rows[4].size()) == rows[1][1]));
 }
 
 ExternalMap FromLimap(const std::string& path, const std::vector<NumberRow>& rows) {
   ExternalMap map;
   map.format = "limap's tracks, text";
   size_t at = 1;
-  for (; at + 4 < rows.size(); at += 5) {
+  while (at + 2 < rows.size()) {
     if (rows[at].size() != 3 || rows[at + 1].size() != 3 || rows[at + 2].size() != 3) break;
     map.lines.push_back({PlaceIn(rows[at + 1], 0), PlaceIn(rows[at + 2], 0)});
+    at += rows[at][1] == 0 ? 3 : 5;  // of no pieces the last two rows are empty
   }
   const double expected = rows[0][0];
   if (static_cast<double>(map.lines.size()) != expected || at != rows.size()) {

@@ -425,9 +425,9 @@ void TableText::RequireStamps(size_t rows, size_t kept) const {
       fmt::format("{}: found {} rows with only {} different stamps, expected each to have its own",
                   path_, rows, kept),
       fmt::format(
-          "stamps seem to have lost digits: write the first column of {} as whole "
+          "stamps seem to have lost digits{}: write the first column of {} as whole "
           "nanoseconds with all digits (a spreadsheet keeps 15, a float 7, and C++ prints 6)",
-          path_));
+          kept > 1 ? "" : ", or the driver did not set them", path_));
 }
 
 }  // namespace slcmap::data

@@ -188,19 +188,36 @@ class BagRig {
     first_ = ReadFirstMessages(names, bag_);
   }
 
+  // camera_info is of the whole sensor, of which images are a part, in larger pixels (ROS REP 104,
+  // sensor_msgs/CameraInfo).
+  static void CutOut(RosCameraInfo* info) {
+    const uint32_t bins_x = std::max(1u, info->binning_x), bins_y = std::max(1u, info->binning_y);
+    if (info->roi_width_px > 0 && info->roi_height_px > 0) {
+      info->width_px = info->roi_width_px, info->height_px = info->roi_height_px;
+      info->k[2] -= info->roi_x_px, info->k[5] -= info->roi_y_px;
+      info->p[2] -= info->roi_x_px, info->p[6] -= info->roi_y_px;
+    }
+    info->width_px /= bins_x, info->height_px /= bins_y;
+    for (size_t i = 0; i < 3; ++i) info->k[i] /= bins_x, info->k[3 + i] /= bins_y;
+    for (size_t i = 0; i < 4; ++i) info->p[i] /= bins_x, info->p[4 + i] /= bins_y;
+  }
+
   void ReadCamera(BagCamera* camera) {
     const auto image = first_.find(camera->images);
     if (image != first_.end()) camera->look = LookAtImage(image->second);
     const auto stamped = DecodeFirst<RosStamped>(first_, camera->images);
     if (stamped) camera->frame = stamped->frame_id;
-    const auto message = DecodeFirst<RosCameraInfo>(first_, camera->info_topic);
+    auto message = DecodeFirst<RosCameraInfo>(first_, camera->info_topic);
     if (!message) {
       Found("no camera_info of " + camera->images);
       return;
     }
     if (!message->frame_id.empty()) camera->frame = message->frame_id;
-    const cv::Size size_px(static_cast<int>(message->width_px),
-                           static_cast<int>(message->height_px));
+    const auto find_size = [&] {
+      return cv::Size(static_cast<int>(message->width_px), static_cast<int>(message->height_px));
+    };
+    if (camera->look && camera->look->size_px != find_size()) CutOut(&*message);
+    const cv::Size size_px = find_size();
     if (camera->look && camera->look->size_px != size_px) {
       Found(fmt::format("{} of {} x {} pixels, while its images have {} x {}", camera->info_topic,
                         size_px.width, size_px.height, camera->look->size_px.width,

@@ -56,6 +56,22 @@ const BagTopic* FindTopicNamed(const Bag& bag, const std::string& name) {
   return topic == bag.topics().end() ? nullptr : &*topic;
 }
 
+// Of a driver that has not read its calibration yet, or has no image yet.
+static bool IsBlank(const FirstMessage& message) {
+  const auto first = std::map<std::string, FirstMessage>{{"", message}};
+  if (message.type == RosImage::kType) {
+    const auto image = DecodeFirst<RosImage>(first, "");
+    return !image || image->width_px == 0;
+  }
+  if (message.type == RosCompressedImage::kType) {
+    const auto image = DecodeFirst<RosCompressedImage>(first, "");
+    return !image || image->data.bytes.empty();
+  }
+  if (message.type != RosCameraInfo::kType) return false;
+  const auto info = DecodeFirst<RosCameraInfo>(first, "");
+  return info && std::ranges::count(info->k, 0.0) == 9 && std::ranges::count(info->p, 0.0) == 12;
+}
+
 std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::string>& names,
                                                       Bag* bag) {
   std::map<std::string, FirstMessage> first;
@@ -70,11 +86,17 @@ std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::str
   }
   if (chosen.empty()) return first;
   int64_t seen = 0;
+  std::set<std::string> blank;
   bag->Visit(chosen, 0, [&](const BagPlace& place, BagBytes bytes) {
     const BagTopic& topic = bag->topics()[place.topic];
-    first.try_emplace(topic.name,
-                      FirstMessage{topic.type, topic.encoding, {bytes.begin(), bytes.end()}});
-    return first.size() < expected.size() && ++seen < kMostPeeked;
+    const FirstMessage message{topic.type, topic.encoding, {bytes.begin(), bytes.end()}};
+    if (first.try_emplace(topic.name, message).second) {
+      if (IsBlank(message)) blank.insert(topic.name);
+    } else if (blank.contains(topic.name) && !IsBlank(message)) {
+      first[topic.name] = message;
+      blank.erase(topic.name);
+    }
+    return (first.size() < expected.size() || !blank.empty()) && ++seen < kMostPeeked;
   });
   return first;
 }

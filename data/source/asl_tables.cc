@@ -25,11 +25,13 @@ std::string FolderWithCamera(const std::string& path) {
 std::string FindAslFolder(const std::string& path, bool needs_imu) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    throw InputFault("unreadable",
-                     path +
-                         ": found no such folder, nor a bag, expected an EuRoC (ASL) or TUM VI "
-                         "sequence, a ROS 1 bag, a rosbag2 or an MCAP file",
-                     "name the folder that holds mav0, or mav0 itself, or the bag");
+    const bool is_empty = fs::is_regular_file(path, error) && fs::is_empty(path, error);
+    throw InputFault(
+        "unreadable",
+        path + (is_empty ? ": found an empty file," : ": found no such folder, nor a bag,") +
+            " expected an EuRoC (ASL) or TUM VI "
+            "sequence, a ROS 1 bag, a rosbag2 or an MCAP file",
+        "name the folder that holds mav0, or mav0 itself, or the bag");
   }
   const std::string folder = FolderWithCamera(path);
   if (folder.empty()) {

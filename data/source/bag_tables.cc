@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <list>
 #include <mutex>
 #include <numeric>
@@ -151,6 +152,12 @@ class BagReader {
     });
     LeaveOutTwins();
     listing_.warnings.Merge(bag->warnings());
+    for (size_t i = 0; i < listing_.images.size(); ++i) {
+      const auto unknown = unknown_.find(image_topics_[i]);
+      if (listing_.images[i].empty() && unknown != unknown_.end()) {
+        FailEncoding(unknown->first, unknown->second);
+      }
+    }
   }
 
  private:
@@ -214,7 +221,7 @@ class BagReader {
   void AddPixels(const BagTopic& topic, const BagPlace& place, BagBytes head) {
     const auto image = DecodeMessage<RosImage>(topic.encoding, head);
     const std::optional<size_t> needed = PixelBytes(image);
-    if (!needed) FailEncoding(topic.name, image.encoding);
+    if (!needed) LeaveOut(topic, image.encoding);
     const size_t before = head.size() - image.data.bytes.size();
     const size_t there = head.size() < place.size
                              ? std::min<size_t>(image.data.written, place.size - before)
@@ -227,8 +234,14 @@ class BagReader {
   void AddFile(const BagTopic& topic, const BagPlace& place, BagBytes head) {
     const auto image = DecodeMessage<RosCompressedImage>(topic.encoding, head);
     const std::string extension = ExtensionFor(AsText(image.data.bytes));
-    if (extension.empty()) FailEncoding(topic.name, image.format);
+    if (extension.empty()) LeaveOut(topic, image.format);
     AddImage(topic, image.stamp_ns, extension, {place, {}});
+  }
+
+  // An image alone; where all of a camera are so, the topic is refused.
+  [[noreturn]] void LeaveOut(const BagTopic& topic, const std::string& encoding) {
+    unknown_.try_emplace(topic.name, encoding);
+    throw DataError(fmt::format("an image as '{}'", encoding));
   }
 
   void AddImage(const BagTopic& topic, int64_t stamp_ns, const std::string& extension,
@@ -262,6 +275,7 @@ class BagReader {
   BagListing& listing_;
   const RecordingTopics& topics_;
   const std::vector<std::string> image_topics_;  // by camera
+  std::map<std::string, std::string> unknown_;   // encodings, by topic
   std::vector<size_t> before_;  // rows of earlier files: images by camera, then the IMU
 };
 

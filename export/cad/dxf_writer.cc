@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "data/io/file.h"
+#include "export/cad/ifc_file.h"
 #include "export/plan/section_drawing.h"
 #include "export/plan/sheet.h"
 #include "export/scene/formats.h"
@@ -56,17 +58,20 @@ struct DxfLayer {
 
 constexpr std::array<const char*, 3> kLinetypes = {"CONTINUOUS", "DASHED", "DOTTED"};
 
-// A text with ASCII characters alone.
+// A text with ASCII characters alone; others are named as CAD programs read them.
 std::string Ascii(const std::string& text) {
-  const std::pair<const char*, const char*> known[] = {{"\u00b2", "2"}, {"\u03c3", "sigma"}};
-  std::string ascii = text;
-  for (const auto& [from, to] : known) {
-    for (size_t at = 0; (at = ascii.find(from, at)) != std::string::npos;) {
-      ascii.replace(at, std::char_traits<char>::length(from), to);
+  static const std::map<uint32_t, const char*> kKnown = {{0xb2, "2"}, {0x3c3, "sigma"}};
+  std::string ascii;
+  for (std::size_t at = 0; at < text.size();) {
+    const uint32_t character = NextCharacter(text, &at);
+    const auto known = kKnown.find(character);
+    if (known != kKnown.end()) {
+      ascii += known->second;
+    } else if (character >= ' ' && character <= '~') {
+      ascii += static_cast<char>(character);
+    } else {
+      ascii += fmt::format("\\U+{:04X}", character);
     }
-  }
-  for (char& c : ascii) {
-    if (c < ' ' || c > '~') c = '?';
   }
   return ascii;
 }

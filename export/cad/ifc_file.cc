@@ -17,8 +17,12 @@ namespace {
 constexpr char kStamp[] = "1970-01-01T00:00:00";
 constexpr uint32_t kReplacement = 0xfffd;
 
-// The character that begins at *at, which is moved on; what is no UTF-8 becomes the replacement
-// character.
+std::string Joined(std::string_view type, const std::vector<std::string>& attributes) {
+  return fmt::format("{}({})", type, fmt::join(attributes, ","));
+}
+
+}  // namespace
+
 uint32_t NextCharacter(std::string_view utf8, std::size_t* at) {
   const auto lead = static_cast<uint8_t>(utf8[(*at)++]);
   if (lead < 0x80) return lead;
@@ -35,12 +39,6 @@ uint32_t NextCharacter(std::string_view utf8, std::size_t* at) {
   }
   return character;
 }
-
-std::string Joined(std::string_view type, const std::vector<std::string>& attributes) {
-  return fmt::format("{}({})", type, fmt::join(attributes, ","));
-}
-
-}  // namespace
 
 std::string StepReal(double value, int decimals) {
   if (!std::isfinite(value)) {

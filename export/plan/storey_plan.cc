@@ -8,6 +8,7 @@
 #include "export/plan/section_drawing.h"
 #include "export/plan/sheet.h"
 #include "export/scene/building_solids.h"
+#include "export/scene/map_layers.h"
 
 namespace slcmap::inline exporting {
 namespace {
@@ -165,22 +166,10 @@ class DeviationDrawing {
   DeviationDrawing(const RigidTransform& T_sheet_plan, const PlanTextSizes& sizes)
       : T_sheet_plan_(T_sheet_plan), sizes_(sizes) {}
 
-  void Add(const WallDeviation& wall) {
-    if (wall.status == PlanStatus::kAsPlanned) return;
-    const bool is_measured = wall.status == PlanStatus::kDeviates;
-    Add(wall.start_plan, wall.end_plan, wall.status,
-        is_measured ? fmt::format("{:+.0f} \u00b1{:.0f}", 1e3 * wall.deviation_m,
-                                  std::max(1.0, 1e3 * wall.sigma_m))
-                    : GetName(wall.status));
-  }
-
-  void Add(const OpeningDeviation& opening) {
-    if (opening.status == PlanStatus::kAsPlanned) return;
-    std::string text = opening.status == PlanStatus::kMissing ? "closed" : GetName(opening.status);
-    if (opening.status == PlanStatus::kDeviates) {
-      text = fmt::format("{:+.0f}, width {:+.0f}", 1e3 * opening.moved_m, 1e3 * opening.wider_m);
-    }
-    Add(opening.start_plan, opening.end_plan, opening.status, text);
+  template <typename Deviation>
+  void Add(const Deviation& part) {
+    if (part.status == PlanStatus::kAsPlanned) return;
+    Add(part.start_plan, part.end_plan, part.status, WriteDeviation(part));
   }
 
   const Drawing& drawing() const { return drawing_; }

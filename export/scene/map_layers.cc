@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <map>
 #include <tuple>
 
@@ -52,6 +53,18 @@ void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLaye
 }
 
 }  // namespace
+
+std::string WriteDeviation(const WallDeviation& wall) {
+  if (wall.status != PlanStatus::kDeviates) return GetName(wall.status);
+  return fmt::format("{:+.0f} \u00b1{:.0f}", 1e3 * wall.deviation_m,
+                     std::max(1.0, 1e3 * wall.sigma_m));
+}
+
+std::string WriteDeviation(const OpeningDeviation& opening) {
+  if (opening.status == PlanStatus::kMissing) return "closed";
+  if (opening.status != PlanStatus::kDeviates) return GetName(opening.status);
+  return fmt::format("{:+.0f}, width {:+.0f}", 1e3 * opening.moved_m, 1e3 * opening.wider_m);
+}
 
 std::string StoreyPrefix(int64_t storey) { return fmt::format("S{}", storey); }
 

@@ -42,6 +42,11 @@ std::vector<std::vector<Eigen::Vector3d>> TrajectoryPieces(const Trajectory& tra
 // "S0" and so on.
 std::string StoreyPrefix(int64_t storey);
 
+// What plans and pages write beside what was not built as planned: by how many millimetres it is
+// off, "missing", "closed" or "new".
+std::string WriteDeviation(const WallDeviation& wall);
+std::string WriteDeviation(const OpeningDeviation& opening);
+
 // What axes and kinds of lines are called in files.
 
 inline const char* AxisName(LineAxis axis) {

@@ -14,6 +14,7 @@
 #include "data/core/error.h"
 #include "data/io/json.h"
 #include "data/version.h"
+#include "export/scene/map_layers.h"
 #include "export/scene/meshes.h"
 #include "export/scene/scene.h"
 #include "mapping/map/building.h"
@@ -282,6 +283,28 @@ Json BuildingJson(const Building& building, const Eigen::Vector3d& origin_world)
           {"walls", PartsJson(building.walls, origin_world, WallJson)}};
 }
 
+// What was built otherwise than it was planned.
+Json DeviationsJson(const MapResult& map, const Eigen::Vector3d& origin_world) {
+  Json parts = Json::array();
+  if (!map.plan) return parts;
+  const RigidTransform T_world_plan = map.plan->T_plan_world.Inverse();
+  const auto place = [&](const Eigen::Vector2d& p_plan) {
+    const Eigen::Vector3d p_world = T_world_plan * Eigen::Vector3d(p_plan.x(), p_plan.y(), 0);
+    return PointJson(Eigen::Vector2d((p_world - origin_world).head<2>()));
+  };
+  const auto add = [&](const auto& part) {
+    if (part.status == PlanStatus::kAsPlanned) return;
+    parts.push_back({{"status", GetName(part.status)},
+                     {"storey", map.plan->storey},
+                     {"start", place(part.start_plan)},
+                     {"end", place(part.end_plan)},
+                     {"text", WriteDeviation(part)}});
+  };
+  for (const WallDeviation& wall : map.plan->walls) add(wall);
+  for (const OpeningDeviation& opening : map.plan->openings) add(opening);
+  return parts;
+}
+
 // Where the page's axes end in the coordinates of a file of names, and its origin.
 Json NamesJson(const MapSource& source, const Eigen::Vector3d& origin_world) {
   const std::array<Eigen::Vector3d, 4> world = FrameOfNames(source);
@@ -348,7 +371,8 @@ std::string PackForPage(const MapResult& map, const std::string& title,
       {"trajectory_gap_s", TrajectoryGap_s(map.trajectory)},
       {"camera_corners", PointsJson(FrustumCorners(map.rectified_rig.cameras[0], 1.0))},
       {"names", NamesJson(map.source, origin_world)},
-      {"building", BuildingJson(map.building, origin_world)}};
+      {"building", BuildingJson(map.building, origin_world)},
+      {"deviations", DeviationsJson(map, origin_world)}};
   document["arrays"] = ArraysJson(arrays);
   return Block(document, arrays);
 }

@@ -245,6 +245,25 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
   }
 }
 
+// The largest room tells the heights of its storey: there the first surfaces that are seen tell
+// them, which of noisy ones is the nearer side.
+void FitHeights(const std::vector<Room>& rooms, Storey* storey, Level* level, LevelData* data) {
+  const Room* largest = nullptr;
+  for (const Room& room : rooms) {
+    if (room.storey != storey->id) continue;
+    if (largest == nullptr || room.area_m2 > largest->area_m2) largest = &room;
+  }
+  if (largest == nullptr) return;
+  for (BuiltFace& built : data->faces) {
+    for (FaceOpening& opening : built.openings) {
+      if (opening.low_m == level->floor_m) opening.low_m = largest->floor_m;
+    }
+  }
+  level->floor_m = storey->floor_m = largest->floor_m;
+  if (!largest->height_m) return;
+  level->ceiling_m = storey->ceiling_m = level->top_m = largest->floor_m + *largest->height_m;
+}
+
 Vector3d OnPlane(const Face& face, double along_m, double z_m) {
   const Vector2d p = face.PointAt(along_m);
   return {p.x(), p.y(), z_m};
@@ -378,7 +397,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
     return !(point.sigma_m <= kMaxPointSigma_m) || !point.p_world.allFinite();
   });
   Building building;
-  const std::vector<Level> levels = FindLevels(input);
+  std::vector<Level> levels = FindLevels(input);
   for (const Level& level : levels) {
     building.storeys.push_back(
         {static_cast<int64_t>(building.storeys.size()), level.floor_m, level.ceiling_m});
@@ -401,6 +420,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
                  });
   for (size_t i = 0; i < data.size(); ++i) {
     AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], inside[i], &building);
+    FitHeights(building.rooms, &building.storeys[i], &levels[i], &data[i]);
   }
   for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level);
   AddPlanes(levels, &data, &building);

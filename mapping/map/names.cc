@@ -21,6 +21,13 @@ constexpr double kNearDoor_m = 0.6;
 
 void CheckEntry(const PlaceName& entry, bool needs_place) {
   if (entry.name.empty()) throw ConfigError(entry.place + ".name: found none, expected a text");
+  try {
+    Json(entry.name).dump();
+  } catch (const Json::exception&) {
+    throw ConfigError(entry.place +
+                      ".name: found bytes that are no UTF-8, expected a text: save "
+                      "the file as UTF-8");
+  }
   if (entry.at && entry.id) {
     throw ConfigError(entry.place + ": found both at and id, expected one of them");
   }

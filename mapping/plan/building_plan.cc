@@ -143,19 +143,18 @@ void FindOpenings(BuildingPlan* plan) {
   }
 }
 
-BuildingPlan MirrorPlan(const BuildingPlan& plan) {
-  BuildingPlan mirrored = plan;
-  const auto mirror = [](Vector2d* p) { p->x() = -p->x(); };
-  for (PlannedFace& face : mirrored.faces) {
-    mirror(&face.start);
-    mirror(&face.end);
-    std::swap(face.start, face.end);
+BuildingPlan StretchPlan(const BuildingPlan& plan, const Vector2d& times) {
+  BuildingPlan stretched = plan;
+  const auto stretch = [&](auto* part) {
+    part->start = part->start.cwiseProduct(times).eval();
+    part->end = part->end.cwiseProduct(times).eval();
+  };
+  for (PlannedFace& face : stretched.faces) {
+    stretch(&face);
+    if (times.prod() < 0) std::swap(face.start, face.end);
   }
-  for (PlannedOpening& opening : mirrored.openings) {
-    mirror(&opening.start);
-    mirror(&opening.end);
-  }
-  return mirrored;
+  for (PlannedOpening& opening : stretched.openings) stretch(&opening);
+  return stretched;
 }
 
 namespace {

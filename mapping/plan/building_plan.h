@@ -51,8 +51,8 @@ void FindOpenings(BuildingPlan* plan);
 double MeanWidth(const Polygon& area);
 inline constexpr double kThickestWall_m = 0.8;
 
-// The plan seen from below.
-BuildingPlan MirrorPlan(const BuildingPlan& plan);
+// The plan with x and y so many times as large; where one is less than zero, as seen from below.
+BuildingPlan StretchPlan(const BuildingPlan& plan, const Eigen::Vector2d& times);
 
 // The faces near a place.
 class FaceIndex {

@@ -85,12 +85,11 @@ class PlanComparer {
       for (int k = 0; k < count; ++k) {
         const Vector2d p = built.start + (k + 0.5) / count * (built.end - built.start);
         const bool is_measured = built_.faces[i].IsMeasuredAt((k + 0.5) / count);
-        const auto match =
-            is_measured ? index_.FindNearest(p, built.Normal(), kSameWall_m) : std::nullopt;
-        // What was not measured is as what is before it.
-        const bool is_matched = matched_[i].empty() || matched_[i].back();
-        matched_[i].push_back(is_measured ? match.has_value() : is_matched);
-        if (!match) continue;
+        const auto match = index_.FindNearest(p, built.Normal(), kSameWall_m);
+        // What was not measured is as planned, or as what is before it.
+        const bool is_as_before = !is_measured && (matched_[i].empty() || matched_[i].back());
+        matched_[i].push_back(match || is_as_before);
+        if (!match || !is_measured) continue;
         const PlannedFace planned = FacingAlike(plan_.faces[*match], built.Normal());
         const double half_m = 0.5 * built.Length() / count;
         const double along_m =

@@ -51,6 +51,11 @@ std::vector<BuildingPlan> ReadDxfPlans(const std::string& path) {
       storeys[FindStorey(layer.substr(0, at))].push_back(OnPlan(path, points));
     }
   }
+  if (storeys.empty() && other_layers.empty()) {
+    throw DataError(path +
+                    ": found no lines, expected those of walls on layers named WALL: blocks, "
+                    "hatches and solids are not read, explode them");
+  }
   if (storeys.empty()) {
     throw DataError(fmt::format(
         "{}: found lines on the layers '{}', expected some on layers named WALL: rename those of "

@@ -36,8 +36,10 @@ double PlanPlacement::SigmaAt(const Vector2d& p, const Vector2d& normal) const {
 
 namespace {
 
-constexpr double kStep_m = 0.1;   // of samples along faces
-constexpr double kAgree_m = 0.1;  // beyond three standard deviations
+constexpr double kStep_m = 0.1;         // of samples along faces
+constexpr double kAgree_m = 0.1;        // beyond three standard deviations
+constexpr double kWellAgreeing = 0.75;  // of a plan in its scale
+constexpr AlignmentFitOptions kWideFit{.from_m = 0.4, .to_m = 0.03, .steps = 16};
 
 // Faces as what maps are aligned by. Both have the floor, which lies at z = 0.
 AlignmentFeatures MakeFeatures(const std::vector<PlannedFace>& faces) {
@@ -62,20 +64,25 @@ class PlaceJudge {
   PlaceJudge(const BuiltStorey& built, const BuildingPlan& plan)
       : built_(built), plan_(plan), index_(plan.faces) {}
 
-  // Lengths of what agrees, and of what does not: faces where none is planned, planned ones that
-  // the map looks through, and walls that were walked through.
+  // Lengths of what agrees, the more the nearer, and of what does not: faces where none is planned,
+  // planned ones that the map looks through, and walls that were walked through.
   void Judge(PlanPlacement* place) const {
-    place->agreeing_m = place->differing_m = 0;
+    place->agreeing_m = place->differing_m = place->score_m = 0;
     for (const MappedFace& built : built_.faces) {
       const double reach_m = 3 * built.face.sigma_m + kAgree_m;
-      ForEachSample(built.face, [&](const Vector2d& p, double length_m) {
+      ForEachSample(built.face, [&](const Vector2d& at, double length_m) {
         const Vector2d normal = place->T_plan_world.Turn(built.face.Normal());
-        const auto planned = index_.FindNearest(place->T_plan_world * p, normal, reach_m);
+        const Vector2d p = place->T_plan_world * at;
+        const auto planned = index_.FindNearest(p, normal, reach_m);
         (planned ? place->agreeing_m : place->differing_m) += length_m;
+        if (!planned) return;
+        const PlannedFace& face = plan_.faces[*planned];
+        const double off = face.Normal().dot(p - face.start) / reach_m;
+        place->score_m += length_m * (1 - off * off);
       });
     }
     place->differing_m += SeenThrough(place->T_plan_world) + Walked(place->T_plan_world);
-    place->score_m = place->agreeing_m - place->differing_m;
+    place->score_m -= place->differing_m;
   }
 
  private:
@@ -144,33 +151,110 @@ std::vector<PlannedFace> FacesIn(const BuiltStorey& built) {
   return faces;
 }
 
+double Extent(const std::vector<PlannedFace>& faces) {
+  Eigen::AlignedBox2d box;
+  for (const PlannedFace& face : faces) box.extend(face.start).extend(face.end);
+  return box.sizes().maxCoeff();
+}
+
+// Finds and judges places of a storey in a plan.
+class PlaceFinder {
+ public:
+  PlaceFinder(const BuiltStorey& built, BuildingPlan plan)
+      : plan_(std::move(plan)),
+        judge_(built, plan_),
+        planned_(MakeFeatures(plan_.faces)),
+        mapped_(MakeFeatures(FacesIn(built))),
+        index_(planned_) {}
+
+  // By score, the best first.
+  std::vector<PlanPlacement> FindAll(const std::optional<RoughStart>& start,
+                                     const Progress& progress) const {
+    std::vector<PlanPlacement> places;
+    for (const auto& candidate : FindCandidates(planned_, mapped_, {start}, progress)) {
+      AddFit(candidate.T_first_second, kWideFit, &places);
+    }
+    std::ranges::stable_sort(places, [](const PlanPlacement& a, const PlanPlacement& b) {
+      return a.score_m > b.score_m;
+    });
+    return places;
+  }
+
+  std::optional<PlanPlacement> FindNear(const PlanPose& pose) const {
+    std::vector<PlanPlacement> place;
+    AddFit(LevelTransform(pose.yaw_rad, {pose.shift.x(), pose.shift.y(), 0}), kWideFit, &place);
+    return place.empty() ? std::nullopt : std::optional(place.front());
+  }
+
+  // Lines beside each other, of windows or of both sides of a wall, hold a place that is off by as
+  // much as they are apart: the best of those around it.
+  PlanPlacement Improve(const PlanPlacement& found) const {
+    constexpr AlignmentFitOptions kNearFit{.from_m = 0.1, .to_m = 0.03, .steps = 8};
+    std::vector<PlanPlacement> places = {found};
+    for (const double x_m : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
+      for (const double y_m : {-0.2, -0.1, 0.0, 0.1, 0.2}) {
+        const Vector2d shift = found.T_plan_world.shift + Vector2d(x_m, y_m);
+        AddFit(LevelTransform(found.T_plan_world.yaw_rad, {shift.x(), shift.y(), 0}), kNearFit,
+               &places);
+      }
+    }
+    return *std::ranges::max_element(places, {}, &PlanPlacement::score_m);
+  }
+
+ private:
+  void AddFit(const RigidTransform& T_plan_world, const AlignmentFitOptions& options,
+              std::vector<PlanPlacement>* places) const {
+    const auto fit = FitAlignment(index_, mapped_, T_plan_world, options);
+    if (!fit) return;  // walls that lie along each other hold none
+    places->push_back(MakePlace(*fit));
+    judge_.Judge(&places->back());
+  }
+
+  const BuildingPlan plan_;
+  const PlaceJudge judge_;
+  const AlignmentFeatures planned_, mapped_;
+  const FeatureIndex index_;
+};
+
 }  // namespace
 
 std::optional<PlanPlacement> FindPlacement(const BuiltStorey& built, const BuildingPlan& plan,
                                            const std::optional<RoughStart>& start,
                                            const Progress& progress) {
   if (built.faces.empty() || plan.faces.empty()) return std::nullopt;
-  constexpr AlignmentFitOptions kFit{.from_m = 0.4, .to_m = 0.03, .steps = 16};
-  const PlaceJudge judge(built, plan);
-  const AlignmentFeatures planned = MakeFeatures(plan.faces), mapped = MakeFeatures(FacesIn(built));
-  const FeatureIndex index(planned);
-  std::vector<PlanPlacement> places;
-  for (const AlignmentCandidate& candidate : FindCandidates(planned, mapped, {start}, progress)) {
-    const auto fit = FitAlignment(index, mapped, candidate.T_first_second, kFit);
-    if (!fit) continue;  // walls that lie along each other hold none
-    PlanPlacement place = MakePlace(*fit);
-    judge.Judge(&place);
-    places.push_back(place);
-  }
+  const PlaceFinder finder(built, plan);
+  const std::vector<PlanPlacement> places = finder.FindAll(start, progress);
   if (places.empty()) return std::nullopt;
-  std::ranges::stable_sort(
-      places, [](const PlanPlacement& a, const PlanPlacement& b) { return a.score_m > b.score_m; });
-  PlanPlacement& best = places.front();
+  PlanPlacement best = finder.Improve(places.front());
   for (const PlanPlacement& place : places) {
     if (!IsOtherPlace(best, place)) continue;
     best.rival = place.T_plan_world;
     best.rival_share = std::max(0.0, place.score_m / best.score_m);
     break;
+  }
+  return best;
+}
+
+std::optional<double> FindBetterScale(const BuiltStorey& built, const BuildingPlan& plan,
+                                      const PlanPlacement& placement) {
+  constexpr double kBetter = 0.1;                        // more that agrees
+  constexpr double kLeastLarger = 0.6, kMostLarger = 6;  // than what was walked
+  std::optional<double> best;
+  double best_m = placement.score_m + kBetter * placement.agreeing_m;
+  const auto compare = [&](double scale, const std::optional<PlanPlacement>& place) {
+    if (!place || place->AgreeingShare() < kWellAgreeing || place->score_m <= best_m) return;
+    best = scale, best_m = place->score_m;
+  };
+  for (const double scale : {0.97, 0.98, 0.99, 1.01, 1.02, 1.03}) {
+    PlanPose pose = placement.T_plan_world;
+    pose.shift *= scale;
+    compare(scale, PlaceFinder(built, StretchPlan(plan, {scale, scale})).FindNear(pose));
+  }
+  const double larger = Extent(plan.faces) / Extent(FacesIn(built));
+  for (const double scale : {0.001, 0.01, 0.0254, 0.1, 0.3048}) {  // of units
+    if (scale * larger < kLeastLarger || scale * larger > kMostLarger) continue;
+    const auto places = PlaceFinder(built, StretchPlan(plan, {scale, scale})).FindAll({}, {});
+    if (!places.empty()) compare(scale, places.front());
   }
   return best;
 }

@@ -84,8 +84,13 @@ std::optional<PlanPlacement> FindPlacement(const BuiltStorey& built, const Build
                                            const std::optional<RoughStart>& start,
                                            const Progress& progress = {});
 
+// How many times as large the plan fits clearly better, if it does so: its scale may be wrong.
+std::optional<double> FindBetterScale(const BuiltStorey& built, const BuildingPlan& plan,
+                                      const PlanPlacement& placement);
+
 // Throws DataError where a placement is none: too little agrees, or as much elsewhere; with what
-// helps. The mirrored plan is tried to tell that, unless the place was told about and fits.
+// helps. The mirrored plan and other scales are tried to tell that, unless the place was told about
+// and fits.
 void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
                       const std::optional<PlanPlacement>& placement, bool is_told = false);
 

@@ -146,7 +146,7 @@ void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
   const double share = placement->AgreeingShare();
   std::optional<PlanPlacement> mirrored;
   if (!is_told || share < kLeastAgreeingShare) {
-    mirrored = FindPlacement(built, MirrorPlan(plan), std::nullopt);
+    mirrored = FindPlacement(built, StretchPlan(plan, {-1, 1}), std::nullopt);
   }
   if (mirrored && mirrored->score_m > placement->score_m &&
       mirrored->AgreeingShare() > std::max(share + 0.1, kLeastAgreeingShare)) {
@@ -154,6 +154,14 @@ void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
         "found that {:.0f} % of the walls agree with the plan, and {:.0f} % with its mirror "
         "image, expected x to the right and y up as seen from above: mirror the plan",
         100 * share, 100 * mirrored->AgreeingShare()));
+  }
+  const auto scale = mirrored ? FindBetterScale(built, plan, *placement) : std::nullopt;
+  if (scale) {
+    throw DataError(fmt::format(
+        "found that {:.0f} % of the walls agree with the plan, and more where it is about {:.3g} "
+        "times as large, expected a plan in its scale: correct the size of its pixels or its unit, "
+        "or say with --plan-at X,Y,YAW_DEG where it lies as it is",
+        100 * share, *scale));
   }
   if (share < kLeastAgreeingShare || placement->agreeing_m < kLeastAgreeing_m) {
     throw DataError(fmt::format(

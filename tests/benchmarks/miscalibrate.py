@@ -3,7 +3,8 @@
 
 OUT becomes a recording in ASL layout whose images are links to those of SEQ (a folder with mav0/),
 so it takes no space to speak of. What is off is what the calibration claims: sensor.yaml; only
-stamps and IMU samples change where the fault is in the data. truth/ stays what it is.
+stamps and IMU samples change where the fault is in the data. truth/ stays what it is. Needs numpy:
+run it by /usr/bin/python3, with Debian's python3-numpy, where another python3 comes first.
 
   tests/benchmarks/miscalibrate.py SEQ OUT --time-offset-ms 10 --right-rotation-deg 0.05 0.05 0
   tests/benchmarks/miscalibrate.py SEQ OUT --imu-rotation-deg 1 0 0 --focal-scale 1.003
@@ -28,393 +29,276 @@ What an estimator should find (T_imu_camera as sensor.yaml's T_BS says it):
   --gyro-bias-rad-s X Y Z     biases that are added to the samples of the IMU
   --accel-bias-m-s2 X Y Z
   --imu-bias-seed N           such biases as the simulator draws for each rig: normally distributed,
-                              by 0.02 rad/s and 0.05 m/s^2 an axis. No two IMUs have the same, nor one
-                              on two days: figures of one draw say little
+                              by 0.02 rad/s and 0.05 m/s^2 an axis. No two IMUs have the same, nor
+                              one on two days: figures of one draw say little
 """
 
 import argparse
+from decimal import Decimal
 import math
 import pathlib
 import random
 import re
-import sys
 
+import numpy as np
+
+CAMERAS, SENSORS = ["cam0", "cam1"], ["cam0", "cam1", "imu0"]
+KEYS = ["data", "intrinsics", "distortion_coefficients"]  # of a camera's sensor.yaml
 NUMBERS = r"\[([^\]]*)\]"
-GYRO_BIAS_RAD_S, ACCEL_BIAS_M_S2 = 0.02, 0.05  # standard deviations an axis
-
-
-# Rotations as three rows.
-
-def multiply(a, b):
-    return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-
-
-def transpose(a):
-    return [list(row) for row in zip(*a)]
-
-
-def rotate(a, v):
-    return [sum(a[i][k] * v[k] for k in range(3)) for i in range(3)]
-
-
-def add(a, b, scale=1):
-    return [x + scale * y for x, y in zip(a, b)]
+GYRO, ACCEL = [1, 2, 3], [4, 5, 6]  # columns of imu0/data.csv
+IMU_BIASES = [0.02] * 3 + [0.05] * 3  # standard deviations of these, in rad/s and m/s^2
+G_M_S2 = 9.80665
 
 
 def exp_rotation(vector_deg):
     """The rotation by a vector in degrees (Rodrigues' formula)."""
-    vector = [math.radians(x) for x in vector_deg]
-    angle = math.sqrt(sum(x * x for x in vector))
-    if angle == 0:
-        return [[float(i == j) for j in range(3)] for i in range(3)]
-    x, y, z = (component / angle for component in vector)
-    cross = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-    square = multiply(cross, cross)
-    return [[(i == j) + math.sin(angle) * cross[i][j] + (1 - math.cos(angle)) * square[i][j]
-             for j in range(3)] for i in range(3)]
+    vector = np.radians(vector_deg)
+    angle = math.sqrt(sum(vector * vector))
+    cross = np.cross(np.eye(3), vector / (angle or 1))  # [axis]x
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
 
 
-class Camera:
-    """Calibration, images and stamps of one camera."""
-
-    def __init__(self, folder):
-        self.text = (folder / "sensor.yaml").read_text()
-        self.rows = read_rows(folder / "data.csv")
-        self.images = (folder / "data").resolve()
-        flat = self.numbers("data")
-        self.rotation = [flat[4 * i:4 * i + 3] for i in range(3)]
-        self.translation = [flat[4 * i + 3] for i in range(3)]
-        self.intrinsics = self.numbers("intrinsics")
-        self.coefficients = self.numbers("distortion_coefficients")
-        self.timeshift_s = None
-
-    def numbers(self, key):
-        return [float(x) for x in re.search(key + r":\s*" + NUMBERS, self.text)[1].split(",")]
-
-    def write(self, folder):
-        flat = []
-        for row, offset in zip(self.rotation, self.translation):
-            flat += row + [offset]
-        text = self.text
-        for key, values in [("data", flat + [0, 0, 0, 1]), ("intrinsics", self.intrinsics),
-                            ("distortion_coefficients", self.coefficients)]:
-            if values != self.numbers(key):
-                numbers = ", ".join(f"{value:.15g}" for value in values)
-                text = re.sub(r"(\b" + key + r":\s*)" + NUMBERS, rf"\g<1>[{numbers}]", text, 1)
-        if self.timeshift_s is not None:
-            text += f"\ntimeshift_cam_imu: {self.timeshift_s}\n"
-        folder.mkdir(parents=True)
-        (folder / "sensor.yaml").write_text(text)
-        write_rows(folder / "data.csv", self.rows)
-        (folder / "data").symlink_to(self.images)
+def numbers(yaml, key):
+    return np.array(re.search(key + r":\s*" + NUMBERS, yaml)[1].split(","), float)
 
 
-def read_rows(path):
-    """The fields of each row as text; comments keep their line as one field."""
-    lines = path.read_text().splitlines()
-    return [[line] if line.startswith("#") else line.split(",") for line in lines if line.strip()]
+class Table:
+    """Comments, and rows of fields as text, the first of which is a stamp: ns, or s in .tum."""
 
+    def __init__(self, path):
+        self.separator, self.ns = (" ", Decimal("1e-9")) if path.suffix == ".tum" else (",", 1)
+        lines = [line for line in path.read_text().splitlines() if line.strip()]
+        self.comments = [line for line in lines if line.startswith("#")]
+        rows = [line.split(self.separator) for line in lines if not line.startswith("#")]
+        self.rows = np.array(rows, object)
 
-def write_rows(path, rows):
-    path.write_text("".join(",".join(row) + "\n" for row in rows))
+    def restamp(self, change):
+        self.rows[:, 0] = [f"{change(Decimal(stamp)):f}" for stamp in self.rows[:, 0]]
 
-
-def samples(rows):
-    return [row for row in rows if not row[0].startswith("#")]
+    def write(self, path):
+        lines = self.comments + [self.separator.join(row) for row in self.rows]
+        path.write_text("".join(line + "\n" for line in lines))
 
 
 class Recording:
+    """Tables, and the calibration of both cameras, in arrays whose first index is the camera."""
+
     def __init__(self, folder):
         self.folder = folder.resolve()
-        self.mav = self.folder / "mav0"
-        self.cameras = [Camera(self.mav / f"cam{i}") for i in range(2)]
-        self.imu = read_rows(self.mav / "imu0" / "data.csv")
+        mav = self.folder / "mav0"
+        self.tables = {name: Table(mav / name / "data.csv") for name in SENSORS}
+        self.imu = self.tables["imu0"].rows
+        self.images = [(mav / name / "data").resolve() for name in CAMERAS]
+        self.yamls = [(mav / name / "sensor.yaml").read_text() for name in CAMERAS]
+        matrices, self.intrinsics, self.coefficients = (
+            np.array([numbers(yaml, key) for yaml in self.yamls]) for key in KEYS)
+        self.poses = matrices[:, :12].reshape(2, 3, 4)
+        self.rotations, self.translations = self.poses[..., :3], self.poses[..., 3]  # views
+        self.timeshift_s = None
         self.truth_shift_ns = 0
 
     def write(self, out):
-        (out / "mav0" / "imu0").mkdir(parents=True)
-        for i, camera in enumerate(self.cameras):
-            camera.write(out / "mav0" / f"cam{i}")
-        write_rows(out / "mav0" / "imu0" / "data.csv", self.imu)
-        (out / "mav0" / "imu0" / "sensor.yaml").symlink_to(self.mav / "imu0" / "sensor.yaml")
+        mav = out / "mav0"
+        for name, table in self.tables.items():
+            (mav / name).mkdir(parents=True)
+            table.write(mav / name / "data.csv")
+        for i, name in enumerate(CAMERAS):
+            (mav / name / "sensor.yaml").write_text(self.camera_yaml(i))
+            (mav / name / "data").symlink_to(self.images[i])
+        (mav / "imu0" / "sensor.yaml").symlink_to(self.folder / "mav0" / "imu0" / "sensor.yaml")
         for name in ("mav0/state_groundtruth_estimate0", "truth"):
-            if (self.folder / name).is_dir():
-                self.write_truth(self.folder / name, out / name)
+            for path in (self.folder / name).glob("*"):
+                self.write_truth(path, out / name / path.name)
+
+    def camera_yaml(self, i):
+        yaml = self.yamls[i]
+        matrix = np.append(self.poses[i], [0, 0, 0, 1])
+        for key, values in zip(KEYS, [matrix, self.intrinsics[i], self.coefficients[i]]):
+            if not np.array_equal(values, numbers(yaml, key)):
+                text = ", ".join(f"{value:.15g}" for value in values)
+                yaml = re.sub(r"(\b" + key + r":\s*)" + NUMBERS, rf"\g<1>[{text}]", yaml, 1)
+        if i == 0 and self.timeshift_s is not None:
+            yaml += f"\ntimeshift_cam_imu: {self.timeshift_s}\n"
+        return yaml
 
     def write_truth(self, source, target):
-        target.mkdir(parents=True)
-        for path in sorted(source.iterdir()):
-            if self.truth_shift_ns and path.name in ("data.csv", "trajectory.tum"):
-                (target / path.name).write_text(shifted_truth(path, self.truth_shift_ns))
-            else:
-                (target / path.name).symlink_to(path)
-
-    # What options and faults are made of.
-
-    def stamp_cameras_late(self, late_ns, with_truth=True):
-        for camera in self.cameras:
-            for row in samples(camera.rows):
-                row[0] = str(int(row[0]) + late_ns)
-        if with_truth:
-            self.truth_shift_ns += late_ns
-
-    def turn_right(self, vector_deg):
-        right = self.cameras[1]
-        right.rotation = multiply(right.rotation, exp_rotation(vector_deg))
-
-    def turn_imu(self, matrix, with_lever=True):
-        """Claims matrix * R_imu_camera, of all cameras."""
-        for camera in self.cameras:
-            camera.rotation = multiply(matrix, camera.rotation)
-            if with_lever:
-                camera.translation = rotate(matrix, camera.translation)
-
-    def each_camera(self, change):
-        for camera in self.cameras:
-            change(camera)
-
-    def scale_intrinsics(self, scales):
-        for camera in self.cameras:
-            camera.intrinsics = [x * s for x, s in zip(camera.intrinsics, scales)]
-
-    def shift_principal(self, dx_px, dy_px):
-        for camera in self.cameras:
-            camera.intrinsics = add(camera.intrinsics, [0, 0, dx_px, dy_px])
-
-    def scale_baseline(self, scale):
-        left, right = (camera.translation for camera in self.cameras)
-        self.cameras[1].translation = add(left, add(right, left, -1), scale)
-
-    def scale_imu(self, columns, factors):
-        """Columns 1 to 3 are the gyroscope's, 4 to 6 the accelerometer's."""
-        for row in samples(self.imu):
-            for column, factor in zip(columns, factors):
-                row[column] = f"{float(row[column]) * factor:.10g}"
-
-    def add_imu_bias(self, biases):
-        """Six, in the order of the columns."""
-        if not any(biases):
-            return
-        for row in samples(self.imu):
-            row[1:7] = [f"{float(value) + bias:.10g}" for value, bias in zip(row[1:7], biases)]
-
-    def freeze_imu(self, columns, from_share=0):
-        rows = samples(self.imu)
-        first = int(from_share * len(rows))
-        for row in rows[first:]:
-            for column in columns:
-                row[column] = rows[first][column]
-
-    def permute_imu(self, order):
-        for row in samples(self.imu):
-            row[1:7] = [row[column] for column in order]
-
-    def rewrite_stamps(self, tables, per_s):
-        """Stamps in units of which a second has per_s; 1e9 in the files."""
-        for rows in tables:
-            for row in samples(rows):
-                digits = str(int(row[0]))
-                decimals = 9 - round(math.log10(per_s))
-                row[0] = digits[:-decimals] + ("." + digits[-decimals:] if per_s <= 1000 else "")
-
-    def all_tables(self):
-        return [self.imu] + [camera.rows for camera in self.cameras]
-
-    def swap_images(self):
-        left, right = self.cameras
-        left.images, right.images = right.images, left.images
-        left.rows, right.rows = right.rows, left.rows
-
-    def delay_right_images(self):
-        rows = samples(self.cameras[1].rows)
-        names = [row[1] for row in rows]
-        for row, name in zip(rows[1:], names):
-            row[1] = name
-
-
-def shifted_truth(path, shift_ns):
-    lines = []
-    for line in path.read_text().splitlines():
-        if line.startswith("#"):
-            lines.append(line)
-        elif path.suffix == ".tum":
-            stamp, rest = line.split(" ", 1)
-            seconds, _, decimals = stamp.partition(".")
-            stamp_ns = int(seconds) * 10**9 + int(decimals.ljust(9, "0")[:9]) + shift_ns
-            lines.append(f"{stamp_ns // 10**9}.{stamp_ns % 10**9:09d} {rest}")
+        target.parent.mkdir(exist_ok=True)
+        if self.truth_shift_ns and source.name in ("data.csv", "trajectory.tum"):
+            table = Table(source)
+            table.restamp(lambda stamp: stamp + self.truth_shift_ns * table.ns)
+            table.write(target)
         else:
-            stamp, rest = line.split(",", 1)
-            lines.append(f"{int(stamp) + shift_ns},{rest}")
-    return "\n".join(lines) + "\n"
+            target.symlink_to(source)
 
 
-def invert(camera):
-    camera.rotation = transpose(camera.rotation)
-    camera.translation = [-x for x in rotate(camera.rotation, camera.translation)]
+# What options and faults are made of: changes of a recording.
+
+def claim(recording, name, change):
+    """What the calibration of both cameras says becomes change(what it said)."""
+    getattr(recording, name)[...] = change(getattr(recording, name))
 
 
-def set_translation(camera, translation):
-    camera.translation = translation
+def scale_intrinsics(recording, *scales):
+    """By one for each, or one for all."""
+    recording.intrinsics *= scales
 
 
-def zero_distortion(camera):
-    camera.coefficients = [0, 0, 0, 0]
+def scale_baseline(recording, scale):
+    left, right = recording.translations
+    right[:] = left + scale * (right - left)
 
 
-def negate_distortion(camera):
-    camera.coefficients = [-x for x in camera.coefficients]
+def turn_right(recording, *vector_deg):
+    recording.rotations[1] = recording.rotations[1] @ exp_rotation(vector_deg)
 
 
-def reorder_intrinsics(camera):
-    fx, fy, cx, cy = camera.intrinsics
-    camera.intrinsics = [fx, cx, fy, cy]
+def turn_imu(recording, *vector_deg):
+    """Claims Exp(vector) * T_imu_camera, of both cameras."""
+    recording.poses[:] = exp_rotation(vector_deg) @ recording.poses
 
 
-def identity_rotation(camera):
-    camera.rotation = exp_rotation([0, 0, 0])
+def axes(recording, *order):
+    """Claims these axes of the IMU, from 1 and negated where negative, as its x, y and z."""
+    matrix = np.array([np.sign(axis) * np.eye(3)[abs(axis) - 1] for axis in order])
+    recording.poses[:] = matrix @ recording.poses
 
 
-def transpose_rotation(camera):
-    camera.rotation = transpose(camera.rotation)
+def invert(recording, *cameras):
+    for pose in (recording.poses[i] for i in cameras):
+        rotation = pose[:, :3].T
+        pose[:] = np.hstack([rotation, -(rotation @ pose[:, 3:])])
 
 
-def scale_lever(camera):
-    camera.translation = [1000 * x for x in camera.translation]
+def swap_images(recording):
+    recording.images.reverse()
+    tables = recording.tables
+    tables["cam0"], tables["cam1"] = tables["cam1"], tables["cam0"]
 
 
-def set_timeshift(recording, shift_s):
-    recording.cameras[0].timeshift_s = shift_s
+def delay_right_images(recording):
+    names = recording.tables["cam1"].rows[:, 1]
+    names[1:] = names[:-1].copy()
 
 
-def drawn_biases(seed):
-    """Of gyroscope and accelerometer, as the simulator draws them."""
-    draw = random.Random(seed)
-    return [draw.gauss(0, sigma) for sigma in [GYRO_BIAS_RAD_S] * 3 + [ACCEL_BIAS_M_S2] * 3]
+def restamp(recording, sensors, change):
+    for name in sensors:
+        recording.tables[name].restamp(change)
 
 
-def diagonal(*signs):
-    return [[signs[i] * (i == j) for j in range(3)] for i in range(3)]
+def stamp_late(recording, late_ns, with_truth=True):
+    """The cameras' stamps."""
+    restamp(recording, CAMERAS, lambda ns: ns + late_ns)
+    recording.truth_shift_ns += late_ns if with_truth else 0
 
 
-SWAP_XY = [[0, 1, 0], [1, 0, 0], [0, 0, -1]]
-SWAP_YZ = [[-1, 0, 0], [0, 0, 1], [0, 1, 0]]
-SWAP_XZ = [[0, 0, 1], [0, -1, 0], [1, 0, 0]]
-CYCLE = [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
-GYRO, ACCEL = (1, 2, 3), (4, 5, 6)
-G_M_S2 = 9.80665
+def change_imu(recording, columns, change):
+    values = change(recording.imu[:, columns].astype(float))
+    recording.imu[:, columns] = [[f"{value:.10g}" for value in row] for row in values]
 
 
-def faults():
-    """{name: (what is wrong, the change to a Recording)}"""
-    table = {}
+def scale_imu(recording, columns, factor):
+    change_imu(recording, columns, lambda values: values * factor)
 
-    def fault(name, words, change):
-        table[name] = (words, change)
 
-    fault("imu-swapped-xy", "camera-IMU rotation: the IMU's x and y swapped, z negated",
-          lambda r: r.turn_imu(SWAP_XY))
-    fault("imu-swapped-yz", "camera-IMU rotation: the IMU's y and z swapped, x negated",
-          lambda r: r.turn_imu(SWAP_YZ))
-    fault("imu-swapped-xz", "camera-IMU rotation: the IMU's x and z swapped, y negated",
-          lambda r: r.turn_imu(SWAP_XZ))
-    fault("imu-cycled", "camera-IMU rotation: the IMU's y, z, x for x, y, z",
-          lambda r: r.turn_imu(CYCLE))
-    for axis, letter in enumerate("xyz"):
-        quarter = [90 * (i == axis) for i in range(3)]
-        signs = [1 if i == axis else -1 for i in range(3)]
-        fault(f"imu-quarter-{letter}", f"camera-IMU rotation: turned by 90 degrees about {letter}",
-              lambda r, v=quarter: r.turn_imu(exp_rotation(v)))
-        fault(f"imu-half-{letter}", f"camera-IMU rotation: two axes negated, a half turn about "
-              f"{letter}", lambda r, s=signs: r.turn_imu(diagonal(*s)))
-    fault("imu-inverse", "T_BS of both cameras is its inverse", lambda r: r.each_camera(invert))
-    fault("imu-transposed", "rotation of T_BS of both cameras is transposed, translations are right",
-          lambda r: r.each_camera(transpose_rotation))
-    fault("imu-mirrored-x", "rotation of T_BS mirrored: the IMU's x negated (determinant -1)",
-          lambda r: r.turn_imu(diagonal(-1, 1, 1)))
-    fault("imu-swapped-mirrored", "rotation of T_BS: two rows swapped (determinant -1)",
-          lambda r: r.turn_imu([[0, 1, 0], [1, 0, 0], [0, 0, 1]]))
-    fault("imu-identity", "rotation of T_BS of both cameras left as the identity",
-          lambda r: r.each_camera(identity_rotation))
-    fault("imu-10-degrees", "camera-IMU rotation 10 degrees off",
-          lambda r: r.turn_imu(exp_rotation([6, -5, 6.2])))
-    fault("right-inverse", "T_BS of the right camera is its inverse",
-          lambda r: invert(r.cameras[1]))
-    fault("right-2-degrees", "right camera turned by 2 degrees about its x",
-          lambda r: r.turn_right([2, 0, 0]))
+def freeze_imu(recording, columns, from_share=0):
+    first = int(from_share * len(recording.imu))
+    recording.imu[first:, columns] = recording.imu[first, columns]
 
-    for sensor, columns in [("gyro", GYRO), ("accel", ACCEL)]:
-        for letter, column in zip("xyz", columns):
-            fault(f"{sensor}-{letter}-dead", f"{sensor} {letter} is always zero",
-                  lambda r, c=column: r.scale_imu([c], [0]))
-            fault(f"{sensor}-{letter}-frozen", f"{sensor} {letter} keeps its first value",
-                  lambda r, c=column: r.freeze_imu([c]))
-            fault(f"{sensor}-{letter}-negated", f"{sensor} {letter} is negated",
-                  lambda r, c=column: r.scale_imu([c], [-1]))
-        fault(f"{sensor}-negated", f"{sensor} negated in all axes",
-              lambda r, c=columns: r.scale_imu(c, [-1] * 3))
-        fault(f"{sensor}-dead", f"{sensor} is always zero",
-              lambda r, c=columns: r.scale_imu(c, [0] * 3))
-        fault(f"{sensor}-stuck-halfway", f"{sensor} keeps one value in the second half",
-              lambda r, c=columns: r.freeze_imu(c, 0.5))
-    fault("gyro-swapped-xy", "gyro: columns x and y swapped",
-          lambda r: r.permute_imu([2, 1, 3, 4, 5, 6]))
-    fault("accel-swapped-xy", "accel: columns x and y swapped",
-          lambda r: r.permute_imu([1, 2, 3, 5, 4, 6]))
-    fault("gyro-accel-swapped", "columns of gyro and accel swapped",
-          lambda r: r.permute_imu([4, 5, 6, 1, 2, 3]))
-    fault("gyro-degrees", "gyro in deg/s",
-          lambda r: r.scale_imu(GYRO, [math.degrees(1)] * 3))
-    fault("gyro-double", "gyro twice too large", lambda r: r.scale_imu(GYRO, [2] * 3))
-    fault("accel-g", "accel in g", lambda r: r.scale_imu(ACCEL, [1 / G_M_S2] * 3))
-    fault("accel-milli-g", "accel in mg", lambda r: r.scale_imu(ACCEL, [1000 / G_M_S2] * 3))
 
-    fault("stamps-s", "all stamps in seconds", lambda r: r.rewrite_stamps(r.all_tables(), 1))
-    fault("stamps-us", "all stamps in microseconds",
-          lambda r: r.rewrite_stamps(r.all_tables(), 10**6))
-    fault("imu-stamps-us", "stamps of the IMU in microseconds",
-          lambda r: r.rewrite_stamps([r.imu], 10**6))
-    fault("stamps-late-100ms", "cameras stamp 100 ms late",
-          lambda r: r.stamp_cameras_late(100_000_000))
-    fault("stamps-early-100ms", "cameras stamp 100 ms early",
-          lambda r: r.stamp_cameras_late(-100_000_000))
-    fault("stamps-late-1s", "cameras stamp 1 s late",
-          lambda r: r.stamp_cameras_late(1_000_000_000))
-    fault("stamps-late-3s", "cameras stamp 3 s late",
-          lambda r: r.stamp_cameras_late(3_000_000_000))
-    fault("timeshift-5s", "timeshift_cam_imu of 5 s", lambda r: set_timeshift(r, 5.0))
-    fault("timeshift-ms", "timeshift_cam_imu in milliseconds, -10 for -0.01 (and cameras that "
-          "stamp 10 ms late)",
-          lambda r: (r.stamp_cameras_late(10_000_000), set_timeshift(r, -10.0)))
+def permute_imu(recording, *order):
+    recording.imu[:, 1:7] = recording.imu[:, order]
 
-    fault("lever-mm", "translations of T_BS in millimetres",
-          lambda r: r.each_camera(scale_lever))
-    fault("lever-metres", "both cameras 2 m from where they are",
-          lambda r: r.each_camera(lambda c: set_translation(c, add(c.translation, [2, -1, 0.5]))))
-    fault("baseline-zero", "left and right camera at one place", lambda r: r.scale_baseline(0))
-    fault("baseline-half", "baseline half as long", lambda r: r.scale_baseline(0.5))
-    fault("baseline-double", "baseline twice as long", lambda r: r.scale_baseline(2))
-    fault("baseline-negated", "right camera left of the left one",
-          lambda r: r.scale_baseline(-1))
-    fault("cameras-swapped", "images of the left camera as those of the right, and the reverse",
-          Recording.swap_images)
-    fault("right-one-image-late", "images of the right camera one late",
-          Recording.delay_right_images)
 
-    fault("focal-double", "focal lengths twice too long",
-          lambda r: r.scale_intrinsics([2, 2, 1, 1]))
-    fault("focal-half", "focal lengths half as long",
-          lambda r: r.scale_intrinsics([0.5, 0.5, 1, 1]))
-    fault("focal-10-percent", "focal lengths 10 % too long",
-          lambda r: r.scale_intrinsics([1.1, 1.1, 1, 1]))
-    fault("intrinsics-half-size", "intrinsics of images of half the size",
-          lambda r: r.scale_intrinsics([0.5] * 4))
-    fault("intrinsics-order", "intrinsics as fx, cx, fy, cy",
-          lambda r: r.each_camera(reorder_intrinsics))
-    fault("distortion-zero", "distortion coefficients all zero",
-          lambda r: r.each_camera(zero_distortion))
-    fault("distortion-negated", "distortion coefficients negated",
-          lambda r: r.each_camera(negate_distortion))
-    return table
+# {name: (what is wrong, the change, its arguments after the recording)}
+FAULTS = {
+    "imu-swapped-xy": ("camera-IMU rotation: the IMU's x and y swapped, z negated", axes, 2, 1, -3),
+    "imu-swapped-yz": ("camera-IMU rotation: the IMU's y and z swapped, x negated", axes, -1, 3, 2),
+    "imu-swapped-xz": ("camera-IMU rotation: the IMU's x and z swapped, y negated", axes, 3, -2, 1),
+    "imu-cycled": ("camera-IMU rotation: the IMU's y, z, x for x, y, z", axes, 2, 3, 1),
+    "imu-quarter-x": ("camera-IMU rotation: turned by 90 degrees about x", turn_imu, 90, 0, 0),
+    "imu-half-x": ("camera-IMU rotation: two axes negated, a half turn about x", axes, 1, -2, -3),
+    "imu-quarter-y": ("camera-IMU rotation: turned by 90 degrees about y", turn_imu, 0, 90, 0),
+    "imu-half-y": ("camera-IMU rotation: two axes negated, a half turn about y", axes, -1, 2, -3),
+    "imu-quarter-z": ("camera-IMU rotation: turned by 90 degrees about z", turn_imu, 0, 0, 90),
+    "imu-half-z": ("camera-IMU rotation: two axes negated, a half turn about z", axes, -1, -2, 3),
+    "imu-inverse": ("T_BS of both cameras is its inverse", invert, 0, 1),
+    "imu-transposed": ("rotation of T_BS of both cameras is transposed, translations are right",
+                       claim, "rotations", lambda stack: stack.swapaxes(1, 2)),
+    "imu-mirrored-x": ("rotation of T_BS mirrored: the IMU's x negated (determinant -1)",
+                       axes, -1, 2, 3),
+    "imu-swapped-mirrored": ("rotation of T_BS: two rows swapped (determinant -1)", axes, 2, 1, 3),
+    "imu-identity": ("rotation of T_BS of both cameras left as the identity",
+                     claim, "rotations", lambda stack: np.eye(3)),
+    "imu-10-degrees": ("camera-IMU rotation 10 degrees off", turn_imu, 6, -5, 6.2),
+    "right-inverse": ("T_BS of the right camera is its inverse", invert, 1),
+    "right-2-degrees": ("right camera turned by 2 degrees about its x", turn_right, 2, 0, 0),
+
+    "gyro-x-dead": ("gyro x is always zero", scale_imu, [1], 0),
+    "gyro-x-frozen": ("gyro x keeps its first value", freeze_imu, [1]),
+    "gyro-x-negated": ("gyro x is negated", scale_imu, [1], -1),
+    "gyro-y-dead": ("gyro y is always zero", scale_imu, [2], 0),
+    "gyro-y-frozen": ("gyro y keeps its first value", freeze_imu, [2]),
+    "gyro-y-negated": ("gyro y is negated", scale_imu, [2], -1),
+    "gyro-z-dead": ("gyro z is always zero", scale_imu, [3], 0),
+    "gyro-z-frozen": ("gyro z keeps its first value", freeze_imu, [3]),
+    "gyro-z-negated": ("gyro z is negated", scale_imu, [3], -1),
+    "gyro-negated": ("gyro negated in all axes", scale_imu, GYRO, -1),
+    "gyro-dead": ("gyro is always zero", scale_imu, GYRO, 0),
+    "gyro-stuck-halfway": ("gyro keeps one value in the second half", freeze_imu, GYRO, 0.5),
+    "accel-x-dead": ("accel x is always zero", scale_imu, [4], 0),
+    "accel-x-frozen": ("accel x keeps its first value", freeze_imu, [4]),
+    "accel-x-negated": ("accel x is negated", scale_imu, [4], -1),
+    "accel-y-dead": ("accel y is always zero", scale_imu, [5], 0),
+    "accel-y-frozen": ("accel y keeps its first value", freeze_imu, [5]),
+    "accel-y-negated": ("accel y is negated", scale_imu, [5], -1),
+    "accel-z-dead": ("accel z is always zero", scale_imu, [6], 0),
+    "accel-z-frozen": ("accel z keeps its first value", freeze_imu, [6]),
+    "accel-z-negated": ("accel z is negated", scale_imu, [6], -1),
+    "accel-negated": ("accel negated in all axes", scale_imu, ACCEL, -1),
+    "accel-dead": ("accel is always zero", scale_imu, ACCEL, 0),
+    "accel-stuck-halfway": ("accel keeps one value in the second half", freeze_imu, ACCEL, 0.5),
+
+    "gyro-swapped-xy": ("gyro: columns x and y swapped", permute_imu, 2, 1, 3, 4, 5, 6),
+    "accel-swapped-xy": ("accel: columns x and y swapped", permute_imu, 1, 2, 3, 5, 4, 6),
+    "gyro-accel-swapped": ("columns of gyro and accel swapped", permute_imu, 4, 5, 6, 1, 2, 3),
+    "gyro-degrees": ("gyro in deg/s", scale_imu, GYRO, math.degrees(1)),
+    "gyro-double": ("gyro twice too large", scale_imu, GYRO, 2),
+    "accel-g": ("accel in g", scale_imu, ACCEL, 1 / G_M_S2),
+    "accel-milli-g": ("accel in mg", scale_imu, ACCEL, 1000 / G_M_S2),
+
+    "stamps-s": ("all stamps in seconds", restamp, SENSORS, lambda ns: ns.scaleb(-9)),
+    "stamps-us": ("all stamps in microseconds", restamp, SENSORS, lambda ns: ns // 1000),
+    "imu-stamps-us": ("stamps of the IMU in microseconds",
+                      restamp, ["imu0"], lambda ns: ns // 1000),
+    "stamps-late-100ms": ("cameras stamp 100 ms late", stamp_late, 100_000_000),
+    "stamps-early-100ms": ("cameras stamp 100 ms early", stamp_late, -100_000_000),
+    "stamps-late-1s": ("cameras stamp 1 s late", stamp_late, 1_000_000_000),
+    "stamps-late-3s": ("cameras stamp 3 s late", stamp_late, 3_000_000_000),
+    "timeshift-5s": ("timeshift_cam_imu of 5 s", setattr, "timeshift_s", 5.0),
+    "timeshift-ms": ("timeshift_cam_imu in milliseconds, -10 for -0.01 "
+                     "(and cameras that stamp 10 ms late)",
+                     lambda r: (stamp_late(r, 10_000_000), setattr(r, "timeshift_s", -10.0))),
+
+    "lever-mm": ("translations of T_BS in millimetres", claim, "translations", lambda t: 1000 * t),
+    "lever-metres": ("both cameras 2 m from where they are",
+                     claim, "translations", lambda t: t + [2, -1, 0.5]),
+    "baseline-zero": ("left and right camera at one place", scale_baseline, 0),
+    "baseline-half": ("baseline half as long", scale_baseline, 0.5),
+    "baseline-double": ("baseline twice as long", scale_baseline, 2),
+    "baseline-negated": ("right camera left of the left one", scale_baseline, -1),
+    "cameras-swapped": ("images of the left camera as those of the right, and the reverse",
+                        swap_images),
+    "right-one-image-late": ("images of the right camera one late", delay_right_images),
+
+    "focal-double": ("focal lengths twice too long", scale_intrinsics, 2, 2, 1, 1),
+    "focal-half": ("focal lengths half as long", scale_intrinsics, 0.5, 0.5, 1, 1),
+    "focal-10-percent": ("focal lengths 10 % too long", scale_intrinsics, 1.1, 1.1, 1, 1),
+    "intrinsics-half-size": ("intrinsics of images of half the size", scale_intrinsics, 0.5),
+    "intrinsics-order": ("intrinsics as fx, cx, fy, cy",
+                         claim, "intrinsics", lambda k: k[:, [0, 2, 1, 3]]),
+    "distortion-zero": ("distortion coefficients all zero", claim, "coefficients", np.zeros_like),
+    "distortion-negated": ("distortion coefficients negated", claim, "coefficients", np.negative),
+}
 
 
 def arguments():
@@ -438,52 +322,51 @@ def arguments():
     parser.add_argument("--all-faults", action="store_true")
     parser.add_argument("--list-faults", action="store_true")
     options = parser.parse_args()
-    if not options.list_faults:
-        if options.out is None:
-            parser.error("expected SEQ and OUT")
-        if not (options.seq / "mav0" / "cam1").is_dir():
-            parser.error(f"{options.seq}: found no mav0/cam1, expected a recording as EuRoC's")
-        if options.out.exists():
-            parser.error(f"{options.out} exists already")
-        for name in options.fault:
-            if name not in faults():
-                parser.error(f"no fault '{name}', see --list-faults")
+    if options.list_faults:
+        for name, (words, *_) in FAULTS.items():
+            print(f"{name:24}{words}")
+        parser.exit()
+    if options.out is None:
+        parser.error("expected SEQ and OUT")
+    if not (options.seq / "mav0" / "cam1").is_dir():
+        parser.error(f"{options.seq}: found no mav0/cam1, expected a recording as EuRoC's")
+    if options.out.exists():
+        parser.error(f"{options.out} exists already")
+    for name in options.fault:
+        if name not in FAULTS:
+            parser.error(f"no fault '{name}', see --list-faults")
     return options
 
 
 def apply_options(recording, options):
-    recording.stamp_cameras_late(round(options.time_offset_ms * 1e6),
-                                 options.truth_clock == "camera")
+    stamp_late(recording, round(options.time_offset_ms * 1e6), options.truth_clock == "camera")
     if options.timeshift_ms is not None:
-        set_timeshift(recording, 1e-3 * options.timeshift_ms)
-    recording.turn_right(options.right_rotation_deg)
-    recording.turn_imu(exp_rotation(options.imu_rotation_deg))
-    recording.scale_intrinsics([options.focal_scale] * 2 + [1, 1])
-    recording.shift_principal(*options.principal_px)
-    recording.scale_baseline(options.baseline_scale)
-    for camera in recording.cameras:
-        camera.translation = add(camera.translation, options.lever_m)
-    recording.add_imu_bias(options.gyro_bias_rad_s + options.accel_bias_m_s2)
+        recording.timeshift_s = 1e-3 * options.timeshift_ms
+    turn_right(recording, *options.right_rotation_deg)
+    turn_imu(recording, *options.imu_rotation_deg)
+    scale_intrinsics(recording, options.focal_scale, options.focal_scale, 1, 1)
+    recording.intrinsics += [0, 0, *options.principal_px]
+    scale_baseline(recording, options.baseline_scale)
+    recording.translations += options.lever_m
+    biases = [options.gyro_bias_rad_s + options.accel_bias_m_s2]
     if options.imu_bias_seed is not None:
-        recording.add_imu_bias(drawn_biases(options.imu_bias_seed))
-    for name in options.fault:
-        faults()[name][1](recording)
+        draw = random.Random(options.imu_bias_seed)
+        biases.append([draw.gauss(0, sigma) for sigma in IMU_BIASES])
+    for bias in filter(any, biases):
+        change_imu(recording, GYRO + ACCEL, lambda values: values + bias)
 
 
 def main():
     options = arguments()
-    if options.list_faults:
-        for name, (words, _) in faults().items():
-            print(f"{name:24}{words}")
-        return 0
-    for name in faults() if options.all_faults else [None]:
+    runs = {name: [name] for name in FAULTS} if options.all_faults else {"": []}
+    for folder, faults in runs.items():
         recording = Recording(options.seq)
         apply_options(recording, options)
-        if name:
-            faults()[name][1](recording)
-        recording.write(options.out / name if name else options.out)
-    return 0
+        for fault in options.fault + faults:
+            _, change, *values = FAULTS[fault]
+            change(recording, *values)
+        recording.write(options.out / folder)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

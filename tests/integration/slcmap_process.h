@@ -42,14 +42,10 @@ inline ProcessResult RunSlcmap(const std::string& arguments) {
 }
 
 // Runs slcmap with its standard error in $log, and presses Ctrl-C when the shell commands `waiting`
-// are done. An end later than 5 s after that counts as no end: a second is what it may take, the
-// rest is for machines with other work.
+// are done. An end later than a minute after that counts as no end: a second is what it may take,
+// the rest is for machines with other work.
 inline ProcessResult InterruptAfter(const std::string& waiting, const std::string& arguments) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr char kLimit_s[] = "60";
-#else
-  constexpr char kLimit_s[] = "5";
-#endif
   const TempFolder folder;
   // Without job control a shell makes what runs beside it ignore SIGINT.
   return RunShell("set -m; log='" + folder.Path("log") + "'; \\$SLCMAP " + arguments +

@@ -42,6 +42,7 @@ export class App {
     this.view.scene.add(this.hovered.object);
     this.addRoomNames();
     this.addWallNumbers();
+    this.addDeviations();
     this.panel = new Panel(this, byId('panel'));
     this.start();
   }
@@ -79,6 +80,21 @@ export class App {
         return a.distanceTo(b) > NUMBERED_WALL_PX && this.section.holds(wall.place);
       };
       this.labels.add(wall.place, isShown, { class: 'wall' }, `W${wall.id}`);
+    }
+  }
+
+  // By how much walls are not where they were planned, in millimetres, where that can be read.
+  addDeviations() {
+    for (const { place, ends, text } of this.layers.deviations.all) {
+      const isShown = () => {
+        const [a, b] = ends.map((end) => this.view.toPixels(end));
+        return (
+          this.layers.isOn('deviations') &&
+          a.distanceTo(b) > NUMBERED_WALL_PX &&
+          this.section.holds(place)
+        );
+      };
+      this.labels.add(place, isShown, { class: 'wall' }, text);
     }
   }
 

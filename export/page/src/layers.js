@@ -4,7 +4,7 @@ import { LineIndex } from './line_index.js';
 import { LineData, LineLayer } from './lines.js';
 import { PipeLayer } from './pipes.js';
 import { Planes } from './planes.js';
-import { RoomLayer, WallPlan } from './plan.js';
+import { Deviations, RoomLayer, WallPlan } from './plan.js';
 import { Pictures } from './pictures.js';
 import { DenseCloud, Landmarks } from './points.js';
 import { TrajectoryLayer } from './trajectory.js';
@@ -22,6 +22,7 @@ export class Layers {
     this.planes = new Planes(building.planes);
     this.rooms = new RoomLayer(building.rooms);
     this.walls = new WallPlan(building);
+    this.deviations = new Deviations(map.document);
     this.voxels = new VoxelLayer(map);
     this.trajectory = new TrajectoryLayer(map);
     this.pictures = new Pictures(map);
@@ -33,6 +34,7 @@ export class Layers {
       this.planes,
       this.rooms,
       this.walls,
+      this.deviations,
       this.voxels,
       this.trajectory,
       this.pictures,
@@ -85,6 +87,12 @@ export class Layers {
         count: this.walls.count,
         object: this.walls.object,
         on: false,
+      },
+      deviations: {
+        name: 'Not as planned',
+        count: this.deviations.all.length,
+        object: this.deviations.object,
+        on: true,
       },
       landmarks: {
         name: 'Points',

@@ -2,7 +2,7 @@
 import { byId, choiceRow, element } from './dom.js';
 import { formatArea, formatCoarse, formatCount, formatShare, formatSigma } from './format.js';
 import { nameFields, titleOfStorey } from './names.js';
-import { AGES, AXES, KINDS, OPENINGS, paletteOf } from './theme.js';
+import { AGES, AXES, KINDS, OPENINGS, STATUSES, paletteOf } from './theme.js';
 
 const COLOURINGS = [
   ['axis', 'Direction'],
@@ -262,6 +262,12 @@ export function legend(app) {
   const kinds = new Set(layers.openingKinds());
   for (const [kind, name] of Object.entries(OPENINGS)) {
     if (kinds.has(kind)) entries.push(legendEntry(name, palette.opening[kind], 'area'));
+  }
+  const deviations = layers.isOn('deviations') ? layers.deviations.all : [];
+  for (const [status, name] of Object.entries(STATUSES)) {
+    if (deviations.some((part) => part.status === status)) {
+      entries.push(legendEntry(name, palette.status[status]));
+    }
   }
   if (layers.isOn('trajectory') && layers.trajectory.length_m > 0) {
     entries.push(legendEntry('Walk', palette.trajectory));

@@ -210,3 +210,23 @@ export class WallPlan {
     for (const { kind, object } of this.openings) object.material.color.set(palette.opening[kind]);
   }
 }
+
+// Where something was built otherwise than it was planned: lines a little over the plan.
+export class Deviations {
+  constructor({ deviations, building: { storeys } }) {
+    this.all = deviations;
+    this.object = new Group();
+    for (const part of deviations) {
+      const floor_m = storeys.find(({ id }) => id === part.storey)?.floor_m ?? 0;
+      const height_m = floor_m + CUT_M + ABOVE_FLOOR_M;
+      part.ends = [part.start, part.end].map((end) => new Vector3(...end, height_m));
+      part.place = part.ends[0].clone().lerp(part.ends[1], 0.5);
+      part.object = strokesObject(part.ends);
+      this.object.add(part.object);
+    }
+  }
+
+  setPalette(palette) {
+    for (const { status, object } of this.all) object.material.color.set(palette.status[status]);
+  }
+}

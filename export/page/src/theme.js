@@ -10,6 +10,7 @@ export const AXES = [
 ];
 export const KINDS = ['Unknown', 'Edge', 'Edge', 'Mark', 'Pipe'];
 export const AGES = ['Older', 'Seen last'];
+export const STATUSES = { deviates: 'Deviates', missing: 'Missing', new: 'New' };
 export const OPENINGS = { door: 'Door', window: 'Window', passage: 'Passage' };
 
 const DARK = {
@@ -19,6 +20,7 @@ const DARK = {
   opening: { door: '#c98d5a', window: '#7fd0ff', passage: '#9aa7b5' },
   room: '#7fb4ff',
   poche: '#aeb9c6',
+  status: { deviates: '#ff8a5c', missing: '#ff4d6d', new: '#56d68b' },
   axis: ['#ff6f61', '#56d68b', '#6aa5ff', '#f2b84b', '#c490ff'],
   kind: ['#8b97a6', '#e8edf3', '#4fd0c8', '#a58b6b', '#ff8fb3'],
   age: ['#5d6b7c', '#ffd166'],
@@ -40,6 +42,7 @@ const LIGHT = {
   opening: { door: '#7a4a1d', window: '#1677b8', passage: '#7d8590' },
   room: '#2f6fd0',
   poche: '#3b4048',
+  status: { deviates: '#d9622b', missing: '#c2183c', new: '#1f8f4e' },
   axis: ['#d5402f', '#1f8f4e', '#2262d6', '#b4780a', '#8a3fd1'],
   kind: ['#8d939b', '#20262e', '#0e8a83', '#a58657', '#c93a70'],
   age: ['#aab0b8', '#c2570c'],

@@ -260,6 +260,25 @@ TEST(ForceAlignment, AChangeThatIsNotClearlyBetterIsNone) {
   EXPECT_NEAR(found.image_scale, 2, 0.1);
 }
 
+// Where readings hardly tell how large accelerations are, they tell the lever no better.
+TEST(ForceAlignment, TheLeverIsKnownAsWellAsTheScaleItIsDividedBy) {
+  for (const unsigned seed : {1, 2, 3, 4, 5, 6}) {
+    ForceRecording made = MakeForces(0.3, 1);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 3);
+    for (ImuSample& sample : made.imu) {
+      for (double& value : sample.specific_force_m_s2) value += noise(random);
+    }
+    const ForceAlignment found = Align(made);
+    if (!found.enough_motion) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LT(std::abs(found.lever_m[axis]), 4 * found.lever_sigma_m[axis]) << seed << axis;
+      EXPECT_GE(found.lever_sigma_m[axis] * found.image_scale,
+                0.9 * std::abs(found.lever_m[axis]) * found.image_scale_sigma);
+    }
+  }
+}
+
 TEST(ForceAlignment, SaysWhereThereIsTooLittleMotion) {
   ForceRecording made = MakeForces(1, 1);
   made.steps.resize(5);

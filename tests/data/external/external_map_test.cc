@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "data/core/error.h"
@@ -23,6 +25,7 @@ TEST(ExternalLines, AreReadFromWhatOthersWrite) {
       folder.Write("b.obj", "v 1 2 3\nv 4 5 6.5\nl -2 -1\n"),
       folder.Write("limap/finaltracks/track_0.txt", rows + " \n2 2\nimage_id_list 0 1 \n"),
       folder.Write("alltracks.txt", "1\n0 2 2\n1 2 3\n4 5 6.5\n0 1 \n3 4 \n"),
+      folder.Write("unseen/alltracks.txt", "1\n0 0 0\n1 2 3\n4 5 6.5\n\n\n"),
       folder.Write("line3d.txt", "1 " + rows + " 2 0 5 1.0 2.0 3.0 4.0 1 7 1.5 2.0 3.0 4.5 \n"),
       folder.Write("segments.txt", rows + "\n"),
       folder.Write("segments.csv", "x1,y1,z1,x2,y2,z2\n1,2,3,4,5,6.5\n"),
@@ -74,6 +77,36 @@ std::string Las(uint8_t format, uint32_t points, uint8_t kind = 0) {
   }
   record[15] = static_cast<char>(kind);
   return bytes + record;
+}
+
+// Groups of an entity of the section ENTITIES.
+std::string DxfOf(const std::string& groups) {
+  std::string text = "0 SECTION 2 ENTITIES " + groups + " 0 ENDSEC 0 EOF ";
+  std::ranges::replace(text, ' ', '\n');
+  return text;
+}
+
+// Round walls, as pieces of a circle of 2 m about 5, 3.
+TEST(ExternalLines, ArcsOfDxfAreDrawnAsTheyAre) {
+  const TempFolder folder;
+  const std::string arc = "10 5 20 3 40 2 50 350 51 80";
+  const std::pair<std::string, double> kRound[] = {
+      {"0 ARC 8 0 " + arc, M_PI},
+      {"0 CIRCLE 8 0 10 5 20 3 40 2", 4 * M_PI},
+      {"0 LWPOLYLINE 8 0 90 2 70 0 10 7 20 3 42 1 10 3 20 3", 2 * M_PI},
+      {"0 LWPOLYLINE 8 0 90 2 70 1 10 3 20 3 42 1 10 7 20 3 42 1", 4 * M_PI},
+      {"0 LWPOLYLINE 8 0 230 -1 10 -7 20 3 42 -1 10 -3 20 3", 2 * M_PI},
+      {"0 POLYLINE 8 0 70 0 0 VERTEX 10 7 20 3 42 1 0 VERTEX 10 3 20 3 0 SEQEND", 2 * M_PI}};
+  for (const auto& [groups, length_m] : kRound) {
+    SCOPED_TRACE(groups);
+    double sum_m = 0;
+    for (const PlySegment& s : ReadExternalMap(folder.Write("a.dxf", DxfOf(groups))).lines) {
+      EXPECT_NEAR((s.start_world - Vector3d(5, 3, 0)).norm(), 2, 1e-9);
+      EXPECT_NEAR((s.end_world - Vector3d(5, 3, 0)).norm(), 2, 1e-9);
+      sum_m += (s.end_world - s.start_world).norm();
+    }
+    EXPECT_NEAR(sum_m, length_m, 0.02);
+  }
 }
 
 TEST(ExternalClouds, AreReadFromWhatOthersWrite) {

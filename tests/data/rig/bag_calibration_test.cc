@@ -260,6 +260,32 @@ TEST(BagCalibration, OtherSizesAndZerosAreRefused) {
   EXPECT_THAT(FaultOf(zeros), HasSubstr("infra1/camera_info: found zeros as K and P"));
 }
 
+// camera_info is of a sensor of which the images are a part, in pixels of two by two; the driver
+// has no calibration and no image at first.
+TEST(BagCalibration, InfoOfTheWholeSensorIsCutOutAndBlankMessagesArePassedOver) {
+  MadeRigBag bag;
+  bag.AddImage(kRealSense.left, {0, 0}, "left_optical");
+  AddStreams(kRealSense, &bag);
+  AddImuFrames(&bag);
+  bag.Add(kRealSense.left_info, RosCameraInfo());
+  for (const auto& [name, term] :
+       {std::pair{kRealSense.left_info, 0.0}, std::pair{kRealSense.right_info, -40.0}}) {
+    RosCameraInfo info = RectifiedInfo("left_optical", term);
+    info.width_px = 1500, info.height_px = 1000;
+    info.binning_x = info.binning_y = 2;
+    info.roi_x_px = 100, info.roi_y_px = 20, info.roi_width_px = 1280, info.roi_height_px = 960;
+    info.k = {800, 0, 740, 0, 800, 500, 0, 0, 1};
+    info.p = {800, 0, 740, 2 * term, 0, 800, 500, 0, 0, 0, 1, 0};
+    bag.Add(name, info);
+  }
+  Warnings warnings;
+  const Rig rig = ReadOf(bag, &warnings).rig;
+  EXPECT_EQ(rig.cameras[0].fx_px, 400);
+  EXPECT_EQ(rig.cameras[0].cx_px, 320);
+  EXPECT_EQ(rig.cameras[1].cy_px, 240);
+  ExpectPoses(rig, {Eigen::Quaterniond::Identity(), {0.1, 0, 0}});
+}
+
 TEST(BagCalibration, PosesThatCannotBeAreCounted) {
   MadeRigBag bag;
   AddStreams(kRealSense, &bag);

@@ -230,21 +230,25 @@ TEST_F(BagRecording, CountsDamagedImagesAsTheFolderDoes) {
   EXPECT_EQ(counts_.rows["cam0"], kPairs - 1);
 }
 
-TEST_F(BagRecording, CountsImagesWithFewerPixelsThanTheySay) {
-  std::vector<testing::BagMessage> messages = testing::MadeMessages(BagEncoding::kRos1, kPairs, 64);
-  for (testing::BagMessage& message : messages) {
-    if (message.topic != "/cam0/image_raw") continue;
-    auto image = DecodeMessage<RosImage>(BagEncoding::kRos1, message.bytes);
-    image.height_px += 1;
+TEST_F(BagRecording, CountsImagesWithFewerPixelsThanTheySayAndEmptyOnes) {
+  const std::function<void(RosImage*)> kFaults[] = {[](RosImage* image) { image->height_px += 1; },
+                                                    [](RosImage* image) { *image = {}; }};
+  for (const auto& spoil : kFaults) {
+    std::vector<testing::BagMessage> messages =
+        testing::MadeMessages(BagEncoding::kRos1, kPairs, 64);
+    const auto spoilt = std::ranges::find(messages, "/cam0/image_raw", &testing::BagMessage::topic);
+    auto image = DecodeMessage<RosImage>(BagEncoding::kRos1, spoilt->bytes);
+    spoil(&image);
     const auto changed = EncodeMessage(BagEncoding::kRos1, image);
-    message.bytes = changed;
-    break;
+    spoilt->bytes = changed;
+    const TempFolder folder;
+    Warnings warnings;
+    EXPECT_EQ(OpenTables(testing::MakeBag(folder, testing::kBagCases[0], messages), {})
+                  ->ReadImages(0, &warnings)
+                  .elements.size(),
+              static_cast<size_t>(kPairs - 1));
+    EXPECT_EQ(warnings.Count(kMessageUnreadable), 1);
   }
-  const std::string path = testing::MakeBag(folder_, testing::kBagCases[0], messages);
-  Warnings warnings;
-  EXPECT_EQ(OpenTables(path, {})->ReadImages(0, &warnings).elements.size(),
-            static_cast<size_t>(kPairs - 1));
-  EXPECT_EQ(warnings.Count(kMessageUnreadable), 1);
 }
 
 // Before its calibration, which lacks the IMU's frame then, too.

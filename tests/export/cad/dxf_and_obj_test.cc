@@ -78,7 +78,9 @@ TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
   line.axis = LineAxis::kVertical;
   line.kind = LineKind::kEdge;
   map_.lines = {line};
+  map_.building.rooms.at(0).name = "B\u00fcro";
   Write(map_);
+  EXPECT_THAT(ReadFile(temp_.Path("plan.dxf")), HasSubstr("B\\U+00FCro"));
   const std::regex layer("\n8\n([^\n]*)\n");
   int count = 0;
   for (const char* name : {"plan.dxf", "map.dxf"}) {

@@ -153,6 +153,22 @@ TEST(PackForPage, HowMuchOfWhatWasSeenIsHeldIsToldWhereItIsKnown) {
   EXPECT_TRUE(pack.document.at("building").at("walls")[0].at("seen_share").is_null());
 }
 
+TEST(PackForPage, WhatIsNotAsPlannedIsToldWhereItIs) {
+  MapResult map = MakeRoomMap();
+  PlanComparison& plan = map.plan.emplace();
+  plan.T_plan_world.translation = {-100, 0, 0};
+  plan.walls.resize(2);
+  plan.walls[1] = {PlanStatus::kDeviates, 1, 3, {4, 0}, {4, 3}, -0.021, 0.004};
+  plan.openings.resize(1);
+  plan.openings[0].status = PlanStatus::kMissing;
+  const Pack pack = PackOf(map);
+  const nlohmann::json& told = pack.document.at("deviations");
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].at("text"), "-21 \u00b14");
+  EXPECT_EQ(told[1].at("text"), "closed");
+  EXPECT_NEAR(told[0].at("end")[0].get<double>() + GetOrigin(pack).x(), 104, 1e-9);
+}
+
 TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {
   const Pack pack = PackOf(MakeRoomMap());
   const nlohmann::json& planes = pack.document.at("building").at("planes");

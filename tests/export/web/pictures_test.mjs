@@ -64,6 +64,14 @@ test('a keyframe under the pointer shows its picture where it was taken, the rig
   assert.ok(!(await shown()));
 });
 
+test('a wall that is not where it was planned says by how much, until that is switched off', async () => {
+  const text = () => page.locator('#labels .wall:visible').allInnerTexts();
+  assert.ok((await text()).includes('-21 ±4'), (await text()).join());
+  assert.match(await page.locator('#legend').innerText(), /Deviates/);
+  await page.locator('.toggle', { hasText: 'Not as planned' }).click();
+  assert.ok(!(await text()).includes('-21 ±4'));
+});
+
 test('complains of nothing and asks for nothing', () => {
   assert.deepEqual(page.said, []);
   assert.equal(page.requested.length, 1);

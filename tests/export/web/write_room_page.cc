@@ -2,8 +2,9 @@
 //
 //   write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images | --tiles]
 //
-// With --images every other keyframe has a picture, white at the top right, black elsewhere. With
-// --tiles the output is a folder for a tileset with its page.
+// With --images every other keyframe has a picture, white at the top right, black elsewhere, and a
+// wall is not where it was planned. With --tiles the output is a folder for a tileset with its
+// page.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -45,10 +46,14 @@ int main(int argc, char** argv) {
   // Of more than a tile.
   if (what == "--tiles") size.dense_points = 100000;
   try {
-    const MapResult map = slcmap::testing::MakeRoomMap(size);
+    MapResult map = slcmap::testing::MakeRoomMap(size);
     if (what == "--tiles") {
       WriteTiles(ReadFile(argv[1]), argv[2], map);
       return 0;
+    }
+    if (what == "--images") {
+      map.plan.emplace().walls.push_back(
+          {PlanStatus::kDeviates, 0, 3, {104, 0}, {104, 3}, -0.021, 0.004});
     }
     const auto images = what == "--images" ? Images(map) : std::vector<PageImage>();
     WriteFile(argv[2], MakePage(map, ReadFile(argv[1]), "A made room", images));

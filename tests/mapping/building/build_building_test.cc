@@ -84,6 +84,7 @@ TEST(BuildBuilding, RoomHasFourWallsItsAreaAndItsHeight) {
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.2);
   EXPECT_NEAR(building.rooms[0].height_m.value(), 2.7, 0.015);
+  EXPECT_EQ(building.storeys[0].floor_m, building.rooms[0].floor_m);
   for (const BuildingPlane& plane : MakeWalls(building)) {
     EXPECT_THAT(plane.room_ids, ElementsAre(0));
     EXPECT_THAT(plane.openings, IsEmpty());

@@ -100,6 +100,7 @@ TEST_F(NamesTest, UnknownKeysAndEntriesWithoutAPlaceAreRefused) {
   refuses("room:\n  - {name: A, id: 0}\n", "room");
   refuses("rooms:\n  - {name: A, id: 0, floor: 1}\n", "floor");
   refuses("rooms:\n  - {id: 0}\n", "rooms[0].name: found none");
+  refuses("rooms:\n  - {name: \"B\xfcro\", id: 0}\n", "save the file as UTF-8");
   refuses("rooms:\n  - {name: A}\n", "found no place");
   refuses("rooms:\n  - {name: A, id: 0, at: [1, 2, 3]}\n", "found both");
   refuses("rooms:\n  - {name: A, at: [1, 2]}\n", "found 2 numbers, expected 3");

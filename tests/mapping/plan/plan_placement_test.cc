@@ -54,8 +54,31 @@ TEST(PlanPlacement, PlacesAnOfficeHoweverItIsTurned) {
 }
 
 TEST(PlanPlacement, TellsThatThePlanIsMirrored) {
-  EXPECT_THAT(Refusal(BuildOffice().storey, MirrorPlan(MakeOfficePlan())),
+  EXPECT_THAT(Refusal(BuildOffice().storey, StretchPlan(MakeOfficePlan(), {-1, 1})),
               HasSubstr("mirror the plan"));
+}
+
+TEST(PlanPlacement, TellsThatThePlanIsOfAnotherScale) {
+  for (const double scale : {0.985, 1.02}) {
+    SCOPED_TRACE(scale);
+    EXPECT_THAT(Refusal(BuildOffice().storey, StretchPlan(MakeOfficePlan(), {scale, scale})),
+                AllOf(HasSubstr("times as large"), HasSubstr("the size of its pixels")));
+  }
+}
+
+// As windows are drawn: lines along the wall, 10 cm from each other, where walls seem to be too.
+TEST(PlanPlacement, LinesBesideAWallDoNotDrawTheMapAside) {
+  BuildingPlan plan = MakeOfficePlan();
+  const std::vector<PlannedFace> walls = plan.faces;
+  for (const PlannedFace& wall : walls) {
+    for (const double behind_m : {0.1, 0.2}) {
+      PlannedFace line = wall;
+      line.start -= behind_m * wall.Normal(), line.end -= behind_m * wall.Normal();
+      if (wall.Length() > 4) plan.faces.push_back(line);
+    }
+  }
+  const BuildOtherwise how{.seed = 2, .T_plan_world = {0.7, {3, -2}}};
+  ExpectPlaced(BuildOffice(how), how, plan, 0.03);
 }
 
 // Another floor: the same corridor between other rooms.
@@ -194,6 +217,18 @@ TEST(PlanDeviations, TellsWhatIsMissingAndWhatIsNew) {
   }
   EXPECT_EQ(missing, 2);  // sides
   EXPECT_GE(added, 2);
+}
+
+// Behind a door's leaf nothing is measured of the wall, which is as it was planned.
+TEST(PlanDeviations, WhatWasNotMeasuredOfAPlannedWallIsNotNew) {
+  MadeStorey made = BuildFromPlan(MakeOfficePlan(), testing::WalkThroughOffice(), kAsDrawn);
+  for (MappedFace& face : made.storey.faces) {
+    face.measured.assign(10, true);
+    std::fill(face.measured.begin() + 3, face.measured.end(), false);
+  }
+  for (const WallDeviation& wall : CompareMade(made, MakeOfficePlan(), kAsDrawn).walls) {
+    EXPECT_NE(wall.status, PlanStatus::kNew) << wall.start_plan.transpose();
+  }
 }
 
 // A door that is wider and elsewhere, in a wall that has another door too.
