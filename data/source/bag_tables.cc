@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <list>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <opencv2/core.hpp>
