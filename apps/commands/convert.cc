@@ -215,7 +215,7 @@ void Convert(const ConvertArguments& arguments) {
                                      " --calibration rig.yaml" +
                                      (is_video ? ""
                                                : "; slcmap calibration " + arguments.input +
-                                                     " -o rig.yaml writes that one"));
+                                                     " -o rig.yaml writes the one that is there"));
 }
 
 }  // namespace

@@ -1,16 +1,16 @@
 # Files of a folder compiled in one go: what costs most, parsing Eigen, Ceres and OpenCV and
 # instantiating their templates, is then done once for a few files instead of once for each.
 
-set(SLCMAP_COMPILE_TOGETHER 8 CACHE STRING
+set(SLCMAP_FILES_TOGETHER 8 CACHE STRING
   "Files of a folder compiled together, at most; with 1, a change rebuilds less")
 
 # slcmap_compile_together(TARGET): files of a folder, in their order. In the unnamed namespaces of a
 # folder a name then stands for one thing.
 function(slcmap_compile_together target)
-  if(SLCMAP_COMPILE_TOGETHER LESS_EQUAL 1)
+  if(SLCMAP_FILES_TOGETHER LESS_EQUAL 1)
     return()
   endif()
-  set(size ${SLCMAP_COMPILE_TOGETHER})
+  set(size ${SLCMAP_FILES_TOGETHER})
   get_target_property(sources ${target} SOURCES)
   list(FILTER sources INCLUDE REGEX "^[^$]*\\.cc$")
   foreach(source ${sources})

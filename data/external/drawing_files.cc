@@ -248,11 +248,12 @@ class DxfReader {
 
   void AddCircle() {
     const double start_rad = kDegree * entity_.Get(50, 0);
-    const double turn_rad = kDegree * entity_.Get(51, 360) - start_rad;
+    const double turn_rad = std::fmod(kDegree * entity_.Get(51, 360) - start_rad, 2 * M_PI);
     const Vector3d centre = entity_.Place(0);
     const Vector3d from =
         centre + entity_.Get(40, 0) * Vector3d(std::cos(start_rad), std::sin(start_rad), 0);
-    const double whole_rad = turn_rad - 2 * M_PI * (std::ceil(turn_rad / (2 * M_PI)) - 1);
+    if (!from.allFinite() || !std::isfinite(turn_rad)) return;
+    const double whole_rad = turn_rad > 0 ? turn_rad : turn_rad + 2 * M_PI;
     StartPolyline();
     AddArc(centre, from, whole_rad, &polyline_);
     polyline_.insert(polyline_.begin(), from);
@@ -309,7 +310,7 @@ class DxfReader {
       places->push_back(polyline_[i]);
     }
     if (!is_mirrored_) return;
-    for (Vector3d& p : *places) p.x() = -p.x();
+    for (Vector3d& p : *places) p.x() = -p.x(), p.z() = -p.z();
   }
 
   void Scale() {

@@ -213,11 +213,13 @@ class BagRig {
       return;
     }
     if (!message->frame_id.empty()) camera->frame = message->frame_id;
-    const auto find_size = [&] {
-      return cv::Size(static_cast<int>(message->width_px), static_cast<int>(message->height_px));
+    const auto find_size = [](const RosCameraInfo& info) {
+      return cv::Size(static_cast<int>(info.width_px), static_cast<int>(info.height_px));
     };
-    if (camera->look && camera->look->size_px != find_size()) CutOut(&*message);
-    const cv::Size size_px = find_size();
+    RosCameraInfo cut = *message;
+    CutOut(&cut);
+    if (camera->look && camera->look->size_px == find_size(cut)) message = cut;
+    const cv::Size size_px = find_size(*message);
     if (camera->look && camera->look->size_px != size_px) {
       Found(fmt::format("{} of {} x {} pixels, while its images have {} x {}", camera->info_topic,
                         size_px.width, size_px.height, camera->look->size_px.width,

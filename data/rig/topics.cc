@@ -18,6 +18,7 @@
 namespace slcmap::inline data {
 namespace {
 
+constexpr int64_t kMostBlank = 500;      // messages, while some say nothing yet
 constexpr int64_t kMostPeeked = 20'000;  // messages: a topic may have none
 
 std::optional<ImageLook> LookAtFile(const RosCompressedImage& image) {
@@ -85,18 +86,20 @@ std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::str
     if (topic.messages != 0 && expected.count(topic.name) > 0) chosen.push_back(i);
   }
   if (chosen.empty()) return first;
-  int64_t seen = 0;
+  int64_t seen = 0, after = 0;
   std::set<std::string> blank;
   bag->Visit(chosen, 0, [&](const BagPlace& place, BagBytes bytes) {
     const BagTopic& topic = bag->topics()[place.topic];
-    const FirstMessage message{topic.type, topic.encoding, {bytes.begin(), bytes.end()}};
-    if (first.try_emplace(topic.name, message).second) {
-      if (IsBlank(message)) blank.insert(topic.name);
-    } else if (blank.contains(topic.name) && !IsBlank(message)) {
-      first[topic.name] = message;
-      blank.erase(topic.name);
+    const bool is_new = first.count(topic.name) == 0;
+    if (is_new || blank.contains(topic.name)) {
+      FirstMessage message{topic.type, topic.encoding, {bytes.begin(), bytes.end()}};
+      const bool is_blank = IsBlank(message);
+      if (is_blank) blank.insert(topic.name);
+      if (!is_blank) blank.erase(topic.name);
+      if (is_new || !is_blank) first[topic.name] = std::move(message);
     }
-    return (first.size() < expected.size() || !blank.empty()) && ++seen < kMostPeeked;
+    if (first.size() < expected.size()) return ++seen < kMostPeeked;
+    return !blank.empty() && ++after < kMostBlank;
   });
   return first;
 }

@@ -154,8 +154,8 @@ class BagReader {
     listing_.warnings.Merge(bag->warnings());
     for (size_t i = 0; i < listing_.images.size(); ++i) {
       const auto unknown = unknown_.find(image_topics_[i]);
-      if (listing_.images[i].empty() && unknown != unknown_.end()) {
-        FailEncoding(unknown->first, unknown->second);
+      if (unknown != unknown_.end() && unknown->second.second >= listing_.images[i].size()) {
+        FailEncoding(unknown->first, unknown->second.first);
       }
     }
   }
@@ -238,9 +238,9 @@ class BagReader {
     AddImage(topic, image.stamp_ns, extension, {place, {}});
   }
 
-  // An image alone; where all of a camera are so, the topic is refused.
+  // An image alone; where half of a camera's are so, the topic is refused.
   [[noreturn]] void LeaveOut(const BagTopic& topic, const std::string& encoding) {
-    unknown_.try_emplace(topic.name, encoding);
+    ++unknown_.try_emplace(topic.name, encoding, 0).first->second.second;
     throw DataError(fmt::format("an image as '{}'", encoding));
   }
 
@@ -274,8 +274,8 @@ class BagReader {
 
   BagListing& listing_;
   const RecordingTopics& topics_;
-  const std::vector<std::string> image_topics_;  // by camera
-  std::map<std::string, std::string> unknown_;   // encodings, by topic
+  const std::vector<std::string> image_topics_;                    // by camera
+  std::map<std::string, std::pair<std::string, size_t>> unknown_;  // encoding, count; by topic
   std::vector<size_t> before_;  // rows of earlier files: images by camera, then the IMU
 };
 

@@ -228,8 +228,10 @@ std::optional<PlanPlacement> FindPlacement(const BuiltStorey& built, const Build
   PlanPlacement best = finder.Improve(places.front());
   for (const PlanPlacement& place : places) {
     if (!IsOtherPlace(best, place)) continue;
-    best.rival = place.T_plan_world;
-    best.rival_share = std::max(0.0, place.score_m / best.score_m);
+    PlanPlacement rival = finder.Improve(place);
+    if (rival.score_m > best.score_m) std::swap(best, rival);
+    best.rival = rival.T_plan_world;
+    best.rival_share = best.score_m > 0 ? std::max(0.0, rival.score_m / best.score_m) : 0;
     break;
   }
   return best;
@@ -247,11 +249,11 @@ std::optional<double> FindBetterScale(const BuiltStorey& built, const BuildingPl
   };
   for (const double scale : {0.97, 0.98, 0.99, 1.01, 1.02, 1.03}) {
     PlanPose pose = placement.T_plan_world;
-    pose.shift *= scale;
+    pose.shift += (scale - 1) * placement.middle;  // where the map's middle comes to lie
     compare(scale, PlaceFinder(built, StretchPlan(plan, {scale, scale})).FindNear(pose));
   }
   const double larger = Extent(plan.faces) / Extent(FacesIn(built));
-  for (const double scale : {0.001, 0.01, 0.0254, 0.1, 0.3048}) {  // of units
+  for (const double scale : {0.001, 0.01, 0.0254, 0.1, 0.3048, 10.0, 39.37, 100.0, 1000.0}) {
     if (scale * larger < kLeastLarger || scale * larger > kMostLarger) continue;
     const auto places = PlaceFinder(built, StretchPlan(plan, {scale, scale})).FindAll({}, {});
     if (!places.empty()) compare(scale, places.front());

@@ -155,12 +155,13 @@ void RequirePlacement(const BuiltStorey& built, const BuildingPlan& plan,
         "image, expected x to the right and y up as seen from above: mirror the plan",
         100 * share, 100 * mirrored->AgreeingShare()));
   }
-  const auto scale = mirrored ? FindBetterScale(built, plan, *placement) : std::nullopt;
+  const auto scale = is_told ? std::nullopt : FindBetterScale(built, plan, *placement);
   if (scale) {
     throw DataError(fmt::format(
         "found that {:.0f} % of the walls agree with the plan, and more where it is about {:.3g} "
-        "times as large, expected a plan in its scale: correct the size of its pixels or its unit, "
-        "or say with --plan-at X,Y,YAW_DEG where it lies as it is",
+        "times as large, expected plan and map in one scale: correct the size of the plan's "
+        "pixels, its unit, or the calibration of the map, or say with --plan-at X,Y,YAW_DEG "
+        "where it lies as it is",
         100 * share, *scale));
   }
   if (share < kLeastAgreeingShare || placement->agreeing_m < kLeastAgreeing_m) {

@@ -65,11 +65,15 @@ test('a keyframe under the pointer shows its picture where it was taken, the rig
 });
 
 test('a wall that is not where it was planned says by how much, until that is switched off', async () => {
-  const text = () => page.locator('#labels .wall:visible').allInnerTexts();
-  assert.ok((await text()).includes('-21 ±4'), (await text()).join());
+  const waitUntil = (shown) =>
+    page.waitForFunction((expected) => {
+      const labels = [...document.querySelectorAll('#labels .wall')];
+      return labels.some((label) => !label.hidden && label.textContent === '-21 ±4') === expected;
+    }, shown);
+  await waitUntil(true);
   assert.match(await page.locator('#legend').innerText(), /Deviates/);
   await page.locator('.toggle', { hasText: 'Not as planned' }).click();
-  assert.ok(!(await text()).includes('-21 ±4'));
+  await waitUntil(false);
 });
 
 test('complains of nothing and asks for nothing', () => {

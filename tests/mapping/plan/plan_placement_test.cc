@@ -62,7 +62,7 @@ TEST(PlanPlacement, TellsThatThePlanIsOfAnotherScale) {
   for (const double scale : {0.985, 1.02}) {
     SCOPED_TRACE(scale);
     EXPECT_THAT(Refusal(BuildOffice().storey, StretchPlan(MakeOfficePlan(), {scale, scale})),
-                AllOf(HasSubstr("times as large"), HasSubstr("the size of its pixels")));
+                AllOf(HasSubstr("times as large"), HasSubstr("the plan's pixels")));
   }
 }
 
