@@ -245,8 +245,7 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
   }
 }
 
-// The largest room tells the heights of its storey: there the first surfaces that are seen tell
-// them, which of noisy ones is the nearer side.
+// The largest room has the heights of its storey; what is seen first is noise's nearer side.
 void FitHeights(const std::vector<Room>& rooms, Storey* storey, Level* level, LevelData* data) {
   constexpr double kNoise_m = 0.1;  // farther off, a room has heights of its own
   const Room* largest = nullptr;
@@ -255,10 +254,11 @@ void FitHeights(const std::vector<Room>& rooms, Storey* storey, Level* level, Le
     if (largest == nullptr || room.area_m2 > largest->area_m2) largest = &room;
   }
   if (largest == nullptr || std::abs(largest->floor_m - level->floor_m) > kNoise_m) return;
-  const double top_m = level->top_m, height_m = largest->height_m.value_or(1e9);
-  const double ceiling_m = largest->floor_m + height_m;
-  const bool has_ceiling = std::abs(ceiling_m - level->ceiling_m.value_or(1e9)) <= kNoise_m;
-  if (has_ceiling) level->ceiling_m = storey->ceiling_m = level->top_m = ceiling_m;
+  const double top_m = level->top_m, ceiling_m = largest->floor_m + largest->height_m.value_or(0);
+  if (largest->height_m && level->ceiling_m &&
+      std::abs(ceiling_m - *level->ceiling_m) <= kNoise_m) {
+    level->ceiling_m = storey->ceiling_m = level->top_m = ceiling_m;
+  }
   for (BuiltFace& built : data->faces) {
     for (FaceOpening& opening : built.openings) {
       if (opening.low_m == level->floor_m) opening.low_m = largest->floor_m;

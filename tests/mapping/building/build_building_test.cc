@@ -404,6 +404,13 @@ TEST(BuildBuilding, StoreysOfUnequalAreaAndACeilingNeverSeen) {
   EXPECT_NEAR(building.rooms[0].area_m2, 32, 0.5);
   EXPECT_NEAR(building.rooms[1].area_m2, 16, 0.3);
   EXPECT_FALSE(building.rooms[1].height_m);
+  const Building open = BuildFrom(R"(
+  - {kind: wall, points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}
+  - {kind: slab, at: [0, 0, 0], size: [4, 4]}
+)",
+                                  {{{1, 1, 1.5}, {3, 3, 1.5}, {1, 3, 1.5}}});
+  EXPECT_FALSE(open.storeys.at(0).ceiling_m);
+  EXPECT_LT(MakeWalls(open).at(0).outline_world[2].z(), 4);
 }
 
 TEST(BuildBuilding, SplitLevelHasTwoFloorsAndWhatIsFlownOverIsNone) {
