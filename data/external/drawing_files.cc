@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -110,7 +111,7 @@ void AddArc(const Vector3d& centre, const Vector3d& from, double turn_rad,
 // Of a corner with a bulge, the tangent of a quarter of the turn to the next one.
 void AddBulge(const Vector3d& from, const Vector3d& to, double bulge,
               std::vector<Vector3d>* places) {
-  if (bulge == 0) return;
+  if (bulge == 0 || !std::isfinite(bulge)) return;
   const Vector3d chord = to - from, left(-chord.y(), chord.x(), 0);
   AddArc(from + chord / 2 + left * (1 - bulge * bulge) / (4 * bulge), from, 4 * std::atan(bulge),
          places);
@@ -130,7 +131,7 @@ struct DxfEntity {
   Vector3d Place(int corner) const {
     return {Get(10 + corner, 0), Get(20 + corner, 0), Get(30 + corner, 0)};
   }
-  // Seen from below: x of what is drawn in a plane then runs the other way.
+  // Seen from below: x and z of what is drawn in a plane then run the other way.
   bool IsMirrored() const { return Get(230, 1) < 0; }
 };
 
@@ -255,11 +256,9 @@ class DxfReader {
     if (!from.allFinite() || !std::isfinite(turn_rad)) return;
     const double whole_rad = turn_rad > 0 ? turn_rad : turn_rad + 2 * M_PI;
     StartPolyline();
+    polyline_ = {from};
     AddArc(centre, from, whole_rad, &polyline_);
-    polyline_.insert(polyline_.begin(), from);
     polyline_.push_back(centre + Eigen::AngleAxisd(whole_rad, Vector3d::UnitZ()) * (from - centre));
-    bulges_.clear();
-    flags_ = 0;
     EndPolyline();
   }
 
@@ -288,7 +287,8 @@ class DxfReader {
   void EndPolyline() {
     constexpr int kClosed = 1, kMesh = 16, kPolyface = 64;
     if (!(flags_ & (kMesh | kPolyface)) && polyline_.size() > 1) {
-      if ((flags_ & kClosed) && (polyline_.size() > 2 || bulges_ != Straight())) {
+      const bool is_round = std::ranges::any_of(bulges_, [](double bulge) { return bulge != 0; });
+      if ((flags_ & kClosed) && (polyline_.size() > 2 || is_round)) {
         polyline_.push_back(polyline_.front());
       }
       drawing_.lines.push_back({layer_, {}});
@@ -299,8 +299,6 @@ class DxfReader {
     flags_ = 0;
     is_mirrored_ = false;
   }
-
-  std::vector<double> Straight() const { return std::vector<double>(bulges_.size(), 0); }
 
   void AddCorners(std::vector<Vector3d>* places) const {
     for (size_t i = 0; i < polyline_.size(); ++i) {

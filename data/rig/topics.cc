@@ -35,6 +35,22 @@ std::optional<ImageLook> LookAtFile(const RosCompressedImage& image) {
   }
 }
 
+// Of a driver that has not read its calibration yet, or has no image yet.
+bool IsBlank(const FirstMessage& message) {
+  const auto first = std::map<std::string, FirstMessage>{{"", message}};
+  if (message.type == RosImage::kType) {
+    const auto image = DecodeFirst<RosImage>(first, "");
+    return !image || image->width_px == 0;
+  }
+  if (message.type == RosCompressedImage::kType) {
+    const auto image = DecodeFirst<RosCompressedImage>(first, "");
+    return !image || image->data.bytes.empty();
+  }
+  if (message.type != RosCameraInfo::kType) return false;
+  const auto info = DecodeFirst<RosCameraInfo>(first, "");
+  return info && std::ranges::count(info->k, 0.0) == 9 && std::ranges::count(info->p, 0.0) == 12;
+}
+
 }  // namespace
 
 std::string WithoutCompressed(const std::string& name) {
@@ -55,22 +71,6 @@ const BagTopic* FindTopicNamed(const Bag& bag, const std::string& name) {
     return known.name == name && known.messages != 0;
   });
   return topic == bag.topics().end() ? nullptr : &*topic;
-}
-
-// Of a driver that has not read its calibration yet, or has no image yet.
-static bool IsBlank(const FirstMessage& message) {
-  const auto first = std::map<std::string, FirstMessage>{{"", message}};
-  if (message.type == RosImage::kType) {
-    const auto image = DecodeFirst<RosImage>(first, "");
-    return !image || image->width_px == 0;
-  }
-  if (message.type == RosCompressedImage::kType) {
-    const auto image = DecodeFirst<RosCompressedImage>(first, "");
-    return !image || image->data.bytes.empty();
-  }
-  if (message.type != RosCameraInfo::kType) return false;
-  const auto info = DecodeFirst<RosCameraInfo>(first, "");
-  return info && std::ranges::count(info->k, 0.0) == 9 && std::ranges::count(info->p, 0.0) == 12;
 }
 
 std::map<std::string, FirstMessage> ReadFirstMessages(const std::vector<std::string>& names,

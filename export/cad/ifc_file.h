@@ -17,12 +17,12 @@ namespace slcmap::inline exporting {
 inline constexpr const char* kStepUnset = "$";
 inline constexpr const char* kStepDerived = "*";
 
-// Attributes as the file holds them. Numbers have six decimals, a micrometre, or as many as said;
-// throws DataError for one that is not finite.
 // The character that begins at *at, which is moved on; what is no UTF-8 becomes the replacement
 // character.
 uint32_t NextCharacter(std::string_view utf8, std::size_t* at);
 
+// Attributes as the file holds them. Numbers have six decimals, a micrometre, or as many as said;
+// throws DataError for one that is not finite.
 std::string StepReal(double value, int decimals = 6);
 std::string StepText(std::string_view utf8);  // in quotes
 std::string StepBool(bool value);

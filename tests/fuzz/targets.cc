@@ -289,7 +289,7 @@ Inputs OtherCalibrations() {
 }
 
 // What a map is exported as that plans and maps by others are read from.
-const Inputs& ExportsOf(const std::string& format) {
+const Inputs& MakeExports(const std::string& format) {
   static std::map<std::string, Inputs> of_format;
   Inputs& exports = of_format[format];
   if (!exports.empty()) return exports;
@@ -305,7 +305,7 @@ const Inputs& ExportsOf(const std::string& format) {
 }
 
 Target OfExports(const std::string& name, const std::string& format, const Read& read) {
-  return OfFile(name + "_" + format, "file." + format, [=] { return ExportsOf(format); }, {read});
+  return OfFile(name + "_" + format, "file." + format, [=] { return MakeExports(format); }, {read});
 }
 
 // Rows as others write maps: of points, of segments, of a marker, a cloud of PCL.
