@@ -20,6 +20,8 @@
 namespace slcmap::inline commands {
 namespace {
 
+constexpr double kMostSigmas = 4;
+
 std::ptrdiff_t CountPoints(const ControlFit& fit, ControlStatus status) {
   return std::ranges::count(fit.points, status, &ControlResidual::status);
 }
@@ -39,7 +41,7 @@ void LogOutliers(const ControlFit& fit) {
 }
 
 void LogScale(const ControlFit& fit) {
-  constexpr double kTelling = 1e-3, kMostSigmas = 4;
+  constexpr double kTelling = 1e-3;
   const double too_long = fit.map_scale - 1;
   if (std::abs(too_long) < std::max(kTelling, kMostSigmas * fit.map_scale_sigma)) return;
   spdlog::warn(
@@ -51,9 +53,14 @@ void LogScale(const ControlFit& fit) {
 
 void LogFit(const ControlFit& fit, const std::optional<Georeference>& place) {
   for (const DistanceResidual& d : fit.distances) {
-    spdlog::info(
-        "from '{}' to '{}': given {:.4f} m, mapped {:.4f} m, {:+.1f} mm ({:.1f} mm 1 sigma)",
-        d.from, d.to, d.given_m, d.mapped_m, 1e3 * (d.mapped_m - d.given_m), 1e3 * d.sigma_m);
+    const double off_m = d.mapped_m - d.given_m;
+    const bool is_off = std::abs(off_m) > kMostSigmas * d.sigma_m;
+    spdlog::log(
+        is_off ? spdlog::level::warn : spdlog::level::info,
+        "from '{}' to '{}': given {:.4f} m, mapped {:.4f} m, {:+.1f} mm ({:.1f} mm 1 sigma){}",
+        d.from, d.to, d.given_m, d.mapped_m, 1e3 * off_m, 1e3 * d.sigma_m,
+        is_off ? ": were these two points measured, in metres, and do both tags have one place?"
+               : "");
   }
   if (fit.points.empty() || !place) return;
   LogOutliers(fit);
@@ -111,9 +118,9 @@ void AddControlOptions(CLI::App& command, ControlArguments* arguments) {
       ->type_name("CSV");
   command
       .add_option("--distance", arguments->distances,
-                  "A known distance between two tags or marks, to hold the map against; can be "
-                  "repeated")
-      ->type_name("NAME1,NAME2,METRES")
+                  "A known distance between two tags or marks, and perhaps how well it is known "
+                  "(default: 0.003 m): map and run pull the map to it; can be repeated")
+      ->type_name("NAME1,NAME2,METRES[,SIGMA_M]")
       ->allow_extra_args(false);
 }
 
@@ -211,7 +218,8 @@ void AddGeoreferenceCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap georeference OUT/map --control control.csv --crs EPSG:25832 -o PLACED\n"
       "  slcmap georeference OUT/map --distance tag36h11:1,tag36h11:2,12.345 -o CHECKED\n\n"
-      "The map stays as it is; slcmap map with the same options also pulls it to the points.\n"
+      "The map stays as it is; slcmap map with the same options also pulls it to points and "
+      "distances.\n"
       "georeference.json and control_points.csv say how far each point is off, in mm.");
   command->callback([arguments] { PlaceMap(*arguments); });
 }

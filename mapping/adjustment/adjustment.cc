@@ -157,13 +157,17 @@ CalibrationOptions BeliefsAfter(const OdometryRun& run, CalibrationOptions optio
 // One adjustment under way.
 class Adjustment {
  public:
-  Adjustment(const OdometryRun& run, const AdjustmentOptions& options,
-             const std::vector<ControlTie>& control)
+  Adjustment(const OdometryRun& run, const AdjustmentOptions& options, const ControlTies& control)
       : run_(run),
         options_(options),
         control_(control),
         model_(run, options),
         state_(StateOfRun(run, options)) {
+    for (const DistanceTie& tie : control.distances) {
+      for (AdjustedPoint& point : state_.points) {
+        point.is_tied |= point.landmark->id == tie.from_id || point.landmark->id == tie.to_id;
+      }
+    }
     const CalibrationOptions calibration = BeliefsAfter(run, options.calibration);
     ties_.emplace(calibration, run.calibration.empty()
                                    ? CalibrationPrior(calibration).belief()
@@ -305,7 +309,7 @@ class Adjustment {
 
   const OdometryRun& run_;
   const AdjustmentOptions& options_;
-  const std::vector<ControlTie>& control_;
+  const ControlTies& control_;
   AdjustmentModel model_;
   AdjustmentState state_;
   std::unique_ptr<ceres::Problem> problem_;
@@ -320,7 +324,7 @@ class Adjustment {
 
 AdjustedRun AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
                                const ClosureSource& find, const Progress& progress,
-                               const std::vector<ControlTie>& control) {
+                               const ControlTies& control) {
   options.Check();
   if (run.keyframes.size() < kMinKeyframes || run.imu.empty()) {
     return {run, {}, "too few keyframes, or no IMU samples"};
@@ -342,8 +346,7 @@ AdjustedRun AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& 
 }
 
 AdjustedRun Adjust(const OdometryRun& run, const AdjustmentOptions& options,
-                   const ViewImages* images, const Progress& progress,
-                   const std::vector<ControlTie>& control) {
+                   const ViewImages* images, const Progress& progress, const ControlTies& control) {
   if (!options.closures.enabled) {
     return AdjustWithClosures(run, options, nullptr, progress, control);
   }
@@ -367,7 +370,7 @@ bool HasRevisit(const AdjustmentFigures& figures) {
 }  // namespace
 
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
-                      const Progress& progress, const std::vector<ControlTie>& control) {
+                      const Progress& progress, const ControlTies& control) {
   // Without closures no place is known to be seen again; control points say as much.
   const bool needs_revisit = options.needs_revisit && control.empty();
   const bool is_wanted = options.enabled && (options.closures.enabled || !needs_revisit);

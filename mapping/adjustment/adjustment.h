@@ -32,17 +32,16 @@ using ClosureSource =
 // with the headings they share, and the calibration, from all that the run observed at once. The
 // first pose of each segment keeps its position and heading. The same run gives the same result,
 // to the last bit. With the images of the keyframes (in their order; null for none) places are
-// recognised by points too, else by edges alone. Control points pull what they bind. Throws
-// StoppedError when progress says so, and
-// ConfigError.
+// recognised by points too, else by edges alone. Control points and known distances
+// pull what they bind. Throws StoppedError when progress says so, and ConfigError.
 AdjustedRun Adjust(const OdometryRun& run, const AdjustmentOptions& options,
                    const ViewImages* images = nullptr, const Progress& progress = {},
-                   const std::vector<ControlTie>& control = {});
+                   const ControlTies& control = {});
 
 // The same with closures from elsewhere, right or wrong; none looks for no revisits.
 AdjustedRun AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
                                const ClosureSource& find, const Progress& progress = {},
-                               const std::vector<ControlTie>& control = {});
+                               const ControlTies& control = {});
 
 // Counts runs that have too little to be adjusted, as a warning of the run.
 inline constexpr const char* kNotAdjusted = "not_adjusted";
@@ -52,6 +51,6 @@ inline constexpr const char* kNotAdjusted = "not_adjusted";
 // progress ends that. With the images of its keyframes (null for none), read as they are needed,
 // places are recognised by points too where that is enabled. Throws ConfigError.
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
-                      const Progress& progress = {}, const std::vector<ControlTie>& control = {});
+                      const Progress& progress = {}, const ControlTies& control = {});
 
 }  // namespace slcmap::mapping

@@ -291,20 +291,38 @@ void AddLineTerms(const AdjustmentModel& model, const AdjustmentState& state,
   }
 }
 
-// Those of the ties whose landmarks the state has. One that is wrong by much pulls little.
-void AddControlTerms(const std::vector<ControlTie>& ties, const AdjustmentState& state,
+// The point of a landmark, where the state has it; else null.
+const AdjustedPoint* FindPoint(const AdjustmentState& state, int64_t landmark_id) {
+  const auto point = std::ranges::find_if(state.points, [&](const AdjustedPoint& p) {
+    return p.landmark->id == landmark_id && !p.observations.empty();
+  });
+  return point == state.points.end() ? nullptr : &*point;
+}
+
+// Those of the ties whose landmarks the state has. A point that is wrong by much pulls little.
+void AddControlTerms(const ControlTies& ties, const AdjustmentState& state,
                      ceres::LossFunction* loss, ceres::Problem* problem) {
-  for (const ControlTie& tie : ties) {
-    const auto point = std::ranges::find_if(state.points, [&](const AdjustedPoint& p) {
-      return p.landmark->id == tie.landmark_id && !p.observations.empty();
-    });
-    if (point == state.points.end()) continue;
-    problem->AddResidualBlock(new MeasuredPointResidual(state.rig.T_imu_camera[0], tie), loss,
+  const RigidTransform& T_imu_camera = state.rig.T_imu_camera[0];
+  for (const ControlTie& tie : ties.points) {
+    const AdjustedPoint* point = FindPoint(state, tie.landmark_id);
+    if (!point) continue;
+    problem->AddResidualBlock(new MeasuredPointResidual(T_imu_camera, tie), loss,
                               {state.frames[point->host].pose, state.control_shift, point->block});
+  }
+  for (const DistanceTie& tie : ties.distances) {
+    const AdjustedPoint *from = FindPoint(state, tie.from_id), *to = FindPoint(state, tie.to_id);
+    if (!from || !to) continue;
+    const bool one_host = from->host == to->host;
+    std::vector<double*> blocks = {from->block, to->block};
+    if (!one_host) {
+      blocks.insert(blocks.end(), {state.frames[from->host].pose, state.frames[to->host].pose});
+    }
+    problem->AddResidualBlock(new KnownDistanceResidual(T_imu_camera, tie, one_host), nullptr,
+                              blocks);
   }
 }
 
-// Points and short lines, but those that closures bind to each other.
+// Points and short lines, but those that closures or known distances bind to each other.
 std::vector<double*> EliminatedFirst(const AdjustmentState& state,
                                      const std::vector<Closure>& closures) {
   std::set<const double*> bound;
@@ -317,7 +335,7 @@ std::vector<double*> EliminatedFirst(const AdjustmentState& state,
   }
   std::vector<double*> first;
   for (const AdjustedPoint& point : state.points) {
-    if (!point.observations.empty()) first.push_back(point.block);
+    if (!point.observations.empty() && !point.is_tied) first.push_back(point.block);
   }
   for (const AdjustedLine& line : state.lines) {
     const auto count = std::ssize(line.observations);
@@ -421,7 +439,7 @@ double Chi2OfLeft(const AdjustmentTerm& term) { return SquaredRows(term, 2); }
 std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
                                              const std::vector<Closure>& closures,
-                                             const std::vector<ControlTie>& ties) {
+                                             const ControlTies& ties) {
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;

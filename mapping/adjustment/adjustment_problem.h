@@ -87,7 +87,7 @@ double Chi2OfLeft(const AdjustmentTerm& term);
 std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentModel& model,
                                              const AdjustmentState& state,
                                              const std::vector<Closure>& closures,
-                                             const std::vector<ControlTie>& ties = {});
+                                             const ControlTies& ties = {});
 
 struct RoundSummary {
   bool usable = false;

@@ -56,6 +56,7 @@ struct AdjustedPoint {
   size_t host = 0;
   int camera = 0;
   double* block = nullptr;
+  bool is_tied = false;                                // to another, by a known distance
   std::vector<AdjustedPointObservation> observations;  // by keyframe
 };
 
@@ -107,6 +108,19 @@ struct ControlTie {
   int64_t landmark_id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+};
+
+// Two landmarks of the run, and how far apart they were measured to be.
+struct DistanceTie {
+  int64_t from_id = 0, to_id = 0;
+  double metres = 0, sigma_m = 0;
+};
+
+struct ControlTies {
+  std::vector<ControlTie> points;
+  std::vector<DistanceTie> distances;
+
+  bool empty() const { return points.empty() && distances.empty(); }
 };
 
 // The shift s and the turn psi about z that all ties share.

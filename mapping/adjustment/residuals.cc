@@ -1,6 +1,8 @@
 #include "mapping/adjustment/residuals.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "odometry/geometry/lines.h"
 
@@ -121,24 +123,42 @@ void SameFreeEdgeResidual::EvaluateAt(const double* const* parameters, double* r
   Map<Vector2d>{residuals} = weight_ * across_.transpose() * between;
 }
 
+namespace {
+
+// A point of its host's left camera, in the world, and how it moves with the pose and with itself.
+struct HostedPoint {
+  HostedPoint(const RigidTransform& T_world_imu, const RigidTransform& T_imu_camera,
+              const double* point) {
+    const Vector3d p_camera = Vector3d(point[0], point[1], 1) / point[2];
+    const Vector3d p_imu = T_imu_camera * p_camera;
+    const Eigen::Matrix3d R_world_imu = T_world_imu.rotation.toRotationMatrix();
+    p_world = T_world_imu * p_imu;
+    by_pose << Eigen::Matrix3d::Identity(), -R_world_imu * Skew(p_imu);
+    by_point = Eigen::Matrix3d::Identity() / point[2];
+    by_point.col(2) = -p_camera / point[2];
+    by_point = R_world_imu * T_imu_camera.rotation.toRotationMatrix() * by_point;
+  }
+
+  Vector3d p_world;
+  Eigen::Matrix<double, 3, kPoseTangentSize> by_pose;
+  Eigen::Matrix3d by_point;
+};
+
+}  // namespace
+
 void MeasuredPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                        double** jacobians) const {
-  const RigidTransform T_world_imu = PoseFromBlock(parameters[0]);
-  const double* point = parameters[2];
-  const Vector3d p_camera = Vector3d(point[0], point[1], 1) / point[2];
-  const Vector3d p_imu = T_imu_camera_ * p_camera, p_world = T_world_imu * p_imu;
+  const HostedPoint point(PoseFromBlock(parameters[0]), T_imu_camera_, parameters[2]);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(parameters[1][3], Vector3d::UnitZ()).toRotationMatrix();
-  const Vector3d turned = turn * p_world;
+  const Vector3d turned = turn * point.p_world;
   Map<Vector3d>{residuals} =
       weights_.cwiseProduct(turned + Map<const Vector3d>(parameters[1]) - p_measured_);
   if (!jacobians) return;
   const Eigen::Matrix3d by_world = weights_.asDiagonal() * turn;
-  const Eigen::Matrix3d R_world_imu = T_world_imu.rotation.toRotationMatrix();
   if (jacobians[0]) {
-    Map<Eigen::Matrix<double, 3, kPoseTangentSize, Eigen::RowMajor>> by_pose(jacobians[0]);
-    by_pose.leftCols<3>() = by_world;
-    by_pose.rightCols<3>() = -by_world * R_world_imu * Skew(p_imu);
+    Map<Eigen::Matrix<double, 3, kPoseTangentSize, Eigen::RowMajor>>{jacobians[0]} =
+        by_world * point.by_pose;
   }
   if (jacobians[1]) {
     Map<Eigen::Matrix<double, 3, kControlShiftSize, Eigen::RowMajor>> by_shift(jacobians[1]);
@@ -146,10 +166,41 @@ void MeasuredPointResidual::EvaluateAt(const double* const* parameters, double* 
     by_shift.rightCols<1>() = weights_.cwiseProduct(Vector3d::UnitZ().cross(turned));
   }
   if (jacobians[2]) {
-    Eigen::Matrix3d by_point = Eigen::Matrix3d::Identity() / point[2];
-    by_point.col(2) = -p_camera / point[2];
     Map<Eigen::Matrix<double, 3, kPointSize, Eigen::RowMajor>>{jacobians[2]} =
-        by_world * R_world_imu * T_imu_camera_.rotation.toRotationMatrix() * by_point;
+        by_world * point.by_point;
+  }
+}
+
+KnownDistanceResidual::KnownDistanceResidual(const RigidTransform& T_imu_camera,
+                                             const DistanceTie& tie, bool one_host)
+    : Factor(1, one_host ? std::vector<BlockKind>{kPointKind, kPointKind}
+                         : std::vector<BlockKind>{kPointKind, kPointKind, kPoseKind, kPoseKind}),
+      T_imu_camera_(T_imu_camera),
+      metres_(tie.metres),
+      weight_(1 / tie.sigma_m),
+      one_host_(one_host) {}
+
+void KnownDistanceResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                       double** jacobians) const {
+  const auto place = [&](int end) {
+    const RigidTransform host = one_host_ ? RigidTransform() : PoseFromBlock(parameters[2 + end]);
+    return HostedPoint(host, T_imu_camera_, parameters[end]);
+  };
+  const HostedPoint first = place(0), second = place(1);
+  const Vector3d apart = first.p_world - second.p_world;
+  const double length_m = std::max(apart.norm(), std::numeric_limits<double>::min());
+  residuals[0] = weight_ * (length_m - metres_);
+  if (!jacobians) return;
+  const Eigen::RowVector3d along = weight_ / length_m * apart.transpose();
+  for (const int end : {0, 1}) {
+    const HostedPoint& point = end == 0 ? first : second;
+    const double sign = end == 0 ? 1 : -1;
+    if (jacobians[end]) {
+      Map<Eigen::RowVector3d>{jacobians[end]} = sign * along * point.by_point;
+    }
+    if (one_host_ || !jacobians[2 + end]) continue;
+    Map<Eigen::Matrix<double, 1, kPoseTangentSize>>{jacobians[2 + end]} =
+        sign * along * point.by_pose;
   }
 }
 

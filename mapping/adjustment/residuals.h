@@ -111,4 +111,22 @@ class MeasuredPointResidual final : public Factor {
   const Eigen::Vector3d p_measured_, weights_;
 };
 
+// Blocks: point and point, and the poses of their hosts, which two of one host do without. With the
+// points in the world, P, as above, and their known distance d:
+//
+//   r = (|P_1 - P_2| - d) / sigma
+class KnownDistanceResidual final : public Factor {
+ public:
+  KnownDistanceResidual(const RigidTransform& T_imu_camera, const DistanceTie& tie, bool one_host);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const RigidTransform T_imu_camera_;
+  const double metres_, weight_;
+  const bool one_host_;
+};
+
 }  // namespace slcmap::mapping

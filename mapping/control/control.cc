@@ -27,6 +27,7 @@ using PlacedPoints = std::map<std::string, PlacedPoint>;
 
 constexpr double kMapSigma_m = 0.003;  // how a map of a building is bent, beside what images say
 constexpr size_t kLeastTied = 3;
+constexpr double kMostStretched = 0.03;  // of a distance that pulls: beyond, it is another one
 
 Vector3d MeanPoint(const Control& control) {
   Vector3d sum = Vector3d::Zero();
@@ -139,7 +140,7 @@ std::vector<DistanceResidual> MeasureDistances(const Control& control, const Pla
     }
     const PlacedPoint &from = placed.at(known.from), &to = placed.at(known.to);
     distances.push_back({known.from, known.to, known.metres, (to.p_world - from.p_world).norm(),
-                         std::hypot(SigmaInMap(from), SigmaInMap(to))});
+                         std::hypot(SigmaInMap(from), SigmaInMap(to), known.sigma_m)});
   }
   return distances;
 }
@@ -280,33 +281,78 @@ ControlTie MakeTie(int64_t id, const ControlPoint& point, const Georeference& pl
           {across_m, across_m, point.sigma_m.z()}};
 }
 
+// The landmarks of points that are tied, which the run gets as they are asked for.
+class TiedLandmarks {
+ public:
+  TiedLandmarks(const Control& control, const SightingCameras& cameras, const PlacedPoints& placed,
+                OdometryRun* run)
+      : control_(control), cameras_(cameras), placed_(placed), run_(run) {
+    for (const Landmark& landmark : run->landmarks) last_ = std::max(last_, landmark.id);
+  }
+
+  int64_t Id(const std::string& name) {
+    const auto [known, is_new] = ids_.try_emplace(name, last_ + 1);
+    if (!is_new) return known->second;
+    AddLandmark(++last_, placed_.at(name).p_world, CollectSights(control_, name, cameras_), run_);
+    return last_;
+  }
+
+ private:
+  const Control& control_;
+  const SightingCameras& cameras_;
+  const PlacedPoints& placed_;
+  OdometryRun* run_;
+  std::map<std::string, int64_t> ids_;
+  int64_t last_ = 0;
+};
+
+std::vector<ControlTie> TiePoints(const Control& control, const PlacedPoints& placed,
+                                  TiedLandmarks* landmarks) {
+  const std::vector<ControlMatch> matches = MatchPoints(control, placed);
+  if (matches.size() < kLeastTied) return {};
+  const ControlPlacement placement = PlaceOnPoints(control.path, matches, FindGridScale(control));
+  if (static_cast<size_t>(std::ranges::count(placement.fits, true)) < kLeastTied) return {};
+  std::vector<ControlTie> ties;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!placement.fits[i]) continue;
+    const auto point = std::ranges::find(control.points, matches[i].name, &ControlPoint::name);
+    ties.push_back(MakeTie(landmarks->Id(point->name), *point, placement.place));
+  }
+  return ties;
+}
+
+std::vector<DistanceTie> TieDistances(const Control& control, const PlacedPoints& placed,
+                                      TiedLandmarks* landmarks) {
+  std::vector<DistanceTie> ties;
+  for (const KnownDistance& known : control.distances) {
+    const auto from = placed.find(known.from), to = placed.find(known.to);
+    if (from == placed.end() || to == placed.end()) continue;
+    const double mapped_m = (from->second.p_world - to->second.p_world).norm();
+    if (std::abs(mapped_m / known.metres - 1) > kMostStretched) continue;
+    ties.push_back(
+        {landmarks->Id(known.from), landmarks->Id(known.to), known.metres, known.sigma_m});
+  }
+  return ties;
+}
+
 }  // namespace
 
-std::vector<ControlTie> TieToControl(const Control& control, OdometryRun* run) {
-  if (!run->source || control.points.size() < kLeastTied) return {};
+ControlTies TieToControl(const Control& control, OdometryRun* run) {
+  if (!run->source) return {};
   std::unordered_map<int64_t, RigidTransform> poses;
   for (const Keyframe& keyframe : run->keyframes) {
     poses.emplace(keyframe.stamp_ns, keyframe.T_world_imu);
   }
   const SightingCameras cameras{run->source->raw_rig, run->rectified_rig};
   const PlacedPoints placed = Triangulate(control.sightings, cameras, poses);
-  const std::vector<ControlMatch> matches = MatchPoints(control, placed);
-  if (matches.size() < kLeastTied) return {};
-  std::vector<ControlTie> ties;
+  TiedLandmarks landmarks(control, cameras, placed, run);
+  ControlTies ties;
   try {
-    const ControlPlacement placement = PlaceOnPoints(control.path, matches, FindGridScale(control));
-    if (static_cast<size_t>(std::ranges::count(placement.fits, true)) < kLeastTied) return {};
-    int64_t id = 0;
-    for (const Landmark& landmark : run->landmarks) id = std::max(id, landmark.id);
-    for (size_t i = 0; i < matches.size(); ++i) {
-      if (!placement.fits[i]) continue;
-      const auto point = std::ranges::find(control.points, matches[i].name, &ControlPoint::name);
-      AddLandmark(++id, matches[i].p_world, CollectSights(control, point->name, cameras), run);
-      ties.push_back(MakeTie(id, *point, placement.place));
-    }
+    ties.points = TiePoints(control, placed, &landmarks);
   } catch (const DataError& error) {
     spdlog::debug("control points do not pull the poses: {}", error.what());
   }
+  ties.distances = TieDistances(control, placed, &landmarks);
   return ties;
 }
 

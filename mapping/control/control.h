@@ -42,8 +42,8 @@ double FindGridScale(const Control& control);
 // are at no image of the map, or too few points were seen.
 void PlaceOnControl(const Control& control, const Rig& raw, MapResult* map);
 
-// What pulls the run to the points, as far as three agree with it: their sightings are added to it
-// as observations of landmarks. None where they do not place it.
-std::vector<ControlTie> TieToControl(const Control& control, OdometryRun* run);
+// What pulls the run: points, as far as three agree with it, and known distances that it has to 3
+// %; their sightings are added to it as observations of landmarks.
+ControlTies TieToControl(const Control& control, OdometryRun* run);
 
 }  // namespace slcmap::mapping

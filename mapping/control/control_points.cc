@@ -168,12 +168,17 @@ std::vector<Sighting> ReadMarks(const std::string& path) {
 
 KnownDistance ParseDistance(const std::string& text) {
   const std::vector<std::string> parts = SplitAtCommas(text);
-  const auto metres = parts.size() == 3 ? ParseNumber(parts[2]) : std::nullopt;
-  if (metres && *metres > 0 && *metres < 1e5 && parts[0] != parts[1]) {
-    return {parts[0], parts[1], *metres};
+  const bool is_whole = (parts.size() == 3 || parts.size() == 4) && parts[0] != parts[1];
+  const auto metres = is_whole ? ParseNumber(parts[2]) : std::nullopt;
+  KnownDistance distance;
+  const auto sigma_m =
+      is_whole && parts.size() == 4 ? ParseNumber(parts[3]) : std::optional(distance.sigma_m);
+  if (metres && *metres > 0 && *metres < 1e5 && sigma_m && *sigma_m > 0 && *sigma_m < *metres) {
+    return {parts[0], parts[1], *metres, *sigma_m};
   }
   throw ConfigError(fmt::format(
-      "--distance: found '{}', expected two points and the metres between them: NAME1,NAME2,METRES",
+      "--distance: found '{}', expected two points, the metres between them, and perhaps how well "
+      "they are known (0.003 where that is left out): NAME1,NAME2,METRES,SIGMA_M",
       text));
 }
 

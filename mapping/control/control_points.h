@@ -26,7 +26,7 @@ struct Sighting {
 
 struct KnownDistance {
   std::string from, to;
-  double metres = 0;
+  double metres = 0, sigma_m = 0.003;  // as of a tape or a laser
 };
 
 struct Control {
@@ -46,7 +46,7 @@ std::vector<ControlPoint> ReadControlPoints(const std::string& path);
 // A table with a header row: name, stamp_ns, camera, x_px, y_px. Throws DataError as above.
 std::vector<Sighting> ReadMarks(const std::string& path);
 
-// "NAME1,NAME2,METRES". Throws ConfigError.
+// "NAME1,NAME2,METRES", and perhaps ",SIGMA_M". Throws ConfigError.
 KnownDistance ParseDistance(const std::string& text);
 
 // The names of all points that are asked for, once each, in their order.

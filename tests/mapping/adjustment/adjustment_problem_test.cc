@@ -238,5 +238,18 @@ TEST(MeasuredPoint, HasTheJacobiansOfItsResidual) {
                                   1e-5);
 }
 
+TEST(KnownDistance, HasTheJacobiansOfItsResidual) {
+  const RigidTransform T_imu_camera(ExpRotation({0.3, -1.2, 0.7}), {0.05, -0.02, 0.1});
+  const DistanceTie tie{1, 2, 3.5, 0.003};
+  const std::vector<double> near{0.2, -0.1, 0.25}, far{-0.3, 0.2, 0.1};
+  ExpectJacobiansMatchDifferences(KnownDistanceResidual(T_imu_camera, tie, true), {near, far},
+                                  1e-5);
+  ExpectJacobiansMatchDifferences(
+      KnownDistanceResidual(T_imu_camera, tie, false),
+      {near, far, PoseBlockOf({ExpRotation({0.2, 0.5, -0.9}), {2, 1, 1}}),
+       PoseBlockOf({ExpRotation({-0.4, 0.1, 0.3}), {0, 2, 1.5}})},
+      1e-5);
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -221,7 +221,7 @@ double SpreadOf(const std::vector<ControlTie>& ties, const std::vector<Landmark>
 TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
   const AdjustedRun& free = WithoutClosures();
   const auto adjust = [&](const std::vector<ControlTie>& ties) {
-    return AdjustWithClosures(LongFlight().run, Quick(), nullptr, {}, ties);
+    return AdjustWithClosures(LongFlight().run, Quick(), nullptr, {}, {ties, {}});
   };
   const std::vector<ControlTie> alike = TieBest(free.run, 1), longer = TieBest(free.run, 1.01);
   const double spread_m = SpreadOf(alike, free.run.landmarks);
@@ -229,6 +229,20 @@ TEST(Adjustment, ControlPointsPullButTheirFrameDoesNot) {
   ASSERT_TRUE(free.figures && same.figures && pulled.figures);
   EXPECT_NEAR(SpreadOf(alike, same.run.landmarks) / spread_m, 1, 5e-4);
   EXPECT_NEAR(SpreadOf(longer, pulled.run.landmarks) / spread_m, 1.01, 3e-3);
+}
+
+TEST(Adjustment, KnownDistancesPull) {
+  const AdjustedRun& free = WithoutClosures();
+  const std::vector<ControlTie> ends = TieBest(free.run, 1.01);
+  ControlTies ties;
+  for (size_t i = 1; i < ends.size(); ++i) {
+    ties.distances.push_back({ends[0].landmark_id, ends[i].landmark_id,
+                              (ends[i].p_world - ends[0].p_world).norm(), 0.001});
+  }
+  const AdjustedRun pulled = AdjustWithClosures(LongFlight().run, Quick(), nullptr, {}, ties);
+  ASSERT_TRUE(pulled.figures);
+  EXPECT_NEAR(SpreadOf(ends, pulled.run.landmarks) / SpreadOf(ends, free.run.landmarks), 1.01,
+              3e-3);
 }
 
 TEST(Adjustment, OfTooLittleIsNone) {

@@ -76,7 +76,9 @@ TEST_F(ControlPointsTest, DistancesAndAllNames) {
   const KnownDistance distance = ParseDistance("A,tag36h11:5,12.345");
   EXPECT_EQ(distance.from, "A");
   EXPECT_EQ(distance.metres, 12.345);
-  for (const char* text : {"A,B", "A,B,0", "A,B,-1", "A,A,3", "A,B,x", ""}) {
+  EXPECT_EQ(ParseDistance("A,B,12,0.02").sigma_m, 0.02);
+  for (const char* text : {"A,B", "A,B,3,0", "A,B,3,x", "A,B,3,4", "A,B,3,1,1", "A,B,0", "A,B,-1",
+                           "A,A,3", "A,B,x", ""}) {
     EXPECT_THROW(ParseDistance(text), ConfigError) << text;
   }
   EXPECT_THAT(ListNames({.points = {{.name = "B"}}, .distances = {distance}}),

@@ -133,9 +133,13 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
             &control);
   control.points[2].p_m.x() += 1;  // is left out
   const size_t before = run.landmarks.size();
-  const std::vector<ControlTie> ties = TieToControl(control, &run);
+  control.distances = {{"P0", "P2", 3.1}, {"P0", "P1", 9}};  // the second is another one
+  const auto [ties, distances] = TieToControl(control, &run);
   ASSERT_EQ(ties.size(), kPoints.size() - 1);
-  ASSERT_EQ(run.landmarks.size(), before + ties.size());
+  ASSERT_EQ(run.landmarks.size(), before + ties.size() + 1);
+  ASSERT_EQ(distances.size(), 1u);
+  EXPECT_EQ(distances[0].from_id, ties[0].landmark_id);
+  EXPECT_EQ(distances[0].to_id, run.landmarks.back().id);
   for (size_t i = 0; i < ties.size(); ++i) {
     const Landmark& landmark = run.landmarks[before + i];
     EXPECT_EQ(landmark.id, ties[i].landmark_id);
@@ -144,6 +148,7 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
     EXPECT_EQ(ties[i].sigma_m, Vector3d(0.005, 0.005, 0.01));
   }
   control.points.resize(2);
+  control.distances.clear();
   EXPECT_TRUE(TieToControl(control, &run).empty());
 }
 
