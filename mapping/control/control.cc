@@ -15,6 +15,7 @@
 #include "data/core/error.h"
 #include "data/source/recorded_source.h"
 #include "mapping/control/control_placement.h"
+#include "mapping/control/control_scale.h"
 #include "mapping/control/tag_finder.h"
 #include "mapping/control/triangulation.h"
 #include "odometry/geometry/pinhole.h"
@@ -306,6 +307,23 @@ class TiedLandmarks {
   int64_t last_ = 0;
 };
 
+// Cameras that are not as far apart as given make all too large or small, which no term that pulls
+// poses could mend. Too small differences are those of places in the map.
+void ScaleToControl(const Control& control, OdometryRun* run, PlacedPoints* placed) {
+  constexpr double kTellingSigmas = 3;
+  const auto scale = MeasureScale(control, *placed, FindGridScale(control));
+  if (!scale) return;
+  const double off = std::abs(scale->times - 1);
+  if (off < kTellingSigmas * scale->sigma || off > kMostStretched) return;
+  spdlog::warn(
+      "by what was measured the run is {:.2f} % too {} ({:.2f} % 1 sigma): it is scaled, and the "
+      "distance between its cameras with it; check their calibration",
+      100 * off, scale->times < 1 ? "large" : "small", 100 * scale->sigma);
+  ++run->warnings[kScaledToControl];
+  ScaleRun(scale->times, run);
+  for (PlacedPoint& point : std::views::values(*placed)) point.p_world *= scale->times;
+}
+
 std::vector<ControlTie> TiePoints(const Control& control, const PlacedPoints& placed,
                                   TiedLandmarks* landmarks) {
   const std::vector<ControlMatch> matches = MatchPoints(control, placed);
@@ -338,13 +356,14 @@ std::vector<DistanceTie> TieDistances(const Control& control, const PlacedPoints
 }  // namespace
 
 ControlTies TieToControl(const Control& control, OdometryRun* run) {
-  if (!run->source) return {};
+  if (!run->source || run->method == kExternalPoses) return {};
   std::unordered_map<int64_t, RigidTransform> poses;
   for (const Keyframe& keyframe : run->keyframes) {
     poses.emplace(keyframe.stamp_ns, keyframe.T_world_imu);
   }
   const SightingCameras cameras{run->source->raw_rig, run->rectified_rig};
-  const PlacedPoints placed = Triangulate(control.sightings, cameras, poses);
+  PlacedPoints placed = Triangulate(control.sightings, cameras, poses);
+  ScaleToControl(control, run, &placed);
   TiedLandmarks landmarks(control, cameras, placed, run);
   ControlTies ties;
   try {

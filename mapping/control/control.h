@@ -42,7 +42,11 @@ double FindGridScale(const Control& control);
 // are at no image of the map, or too few points were seen.
 void PlaceOnControl(const Control& control, const Rig& raw, MapResult* map);
 
-// What pulls the run: points, as far as three agree with it, and known distances that it has to 3
+// Counts runs that control has scaled, as a warning of the run.
+inline constexpr const char* kScaledToControl = "scaled_to_control";
+
+// What pulls the run, which is scaled first where its metre is wrong by what was measured: points,
+// as far as three agree with it, and known distances that it has to 3
 // %; their sightings are added to it as observations of landmarks.
 ControlTies TieToControl(const Control& control, OdometryRun* run);
 

@@ -152,6 +152,34 @@ TEST(ControlTies, AreInTheRunsWorldAndSeenByItsKeyframes) {
   EXPECT_TRUE(TieToControl(control, &run).empty());
 }
 
+TEST(ControlTies, ARunWhoseCamerasAreFartherApartThanGivenIsScaled) {
+  OdometryRun run = testing::MakeWallRun();
+  run.source = testing::MakeSource(run);
+  Control control{.path = "control.csv"};
+  AddPoints({"", {100, 200, 5}, 2.5, 1}, Vector3d::Constant(0.001), run.rectified_rig,
+            run.keyframes, &control);
+  control.points.clear();
+  const auto add_distance = [&](size_t from, size_t to) {
+    control.distances.push_back({"P" + std::to_string(from), "P" + std::to_string(to),
+                                 1.02 * (kPoints[from] - kPoints[to]).norm(), 0.001});
+  };
+  for (size_t from = 0; from < kPoints.size(); ++from) {
+    for (size_t to = 0; to < from; ++to) add_distance(from, to);
+  }
+  const auto baseline_m = [&] {
+    const auto& T = run.rectified_rig.T_imu_camera;
+    return (T[1].translation - T[0].translation).norm();
+  };
+  const double given_m = baseline_m();
+  const Vector3d before = run.keyframes.back().T_world_imu.translation;
+  EXPECT_EQ(TieToControl(control, &run).distances.size(), control.distances.size());
+  EXPECT_NEAR(baseline_m() / given_m, 1.02, 1e-4);
+  EXPECT_LT((run.keyframes.back().T_world_imu.translation - 1.02 * before).norm(), 1e-3);
+  EXPECT_EQ(run.warnings.at(kScaledToControl), 1);
+  TieToControl(control, &run);  // is right now
+  EXPECT_NEAR(baseline_m() / given_m, 1.02, 1e-4);
+}
+
 const Georeference kPlace{"", {691604.2, 5334750.6, 515.3}, 2.5, 0.9997};
 
 // Points of a floor and the one above, exact but for the millimetres given.
