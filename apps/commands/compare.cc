@@ -313,13 +313,16 @@ void CompareMaps(const CompareArguments& arguments) {
   OutputFolder output(arguments.output, {"a comparison of maps", {"maps.json", "maps.csv"}},
                       inputs);
   output.Open();
-  const std::vector<MeasuredMap> measured = MeasureMaps(maps, StageProgress("maps"));
+  const MapMeasures measured = MeasureMaps(maps, StageProgress("maps"));
   const std::string& folder = output.staging();
-  WriteFile(folder + "/maps.csv", MapCsv(measured));
-  WriteJsonFile(folder + "/maps.json", MapsJson(measured));
+  WriteFile(folder + "/maps.csv", MapCsv(measured.maps));
+  Json json = {{"format", "slcmap comparison of maps"}};
+  json.update(MapsJson(measured.maps));
+  WriteJsonFile(folder + "/maps.json", json);
   output.Commit();
-  std::fputs(MapTable(measured).c_str(), stdout);
+  std::fputs(MapTable(measured.maps).c_str(), stdout);
   std::printf("\nresults   %s/maps.json, maps.csv\n", arguments.output.c_str());
+  if (!measured.failures.empty()) throw DataError(measured.failures);
 }
 
 }  // namespace

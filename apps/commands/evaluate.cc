@@ -389,9 +389,10 @@ void EvaluateMaps(const EvaluateArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   const MapsToMeasure maps = CollectMaps(arguments.maps);
   RefuseAsResult("--json", arguments.json, CollectFiles(maps));
-  const std::vector<MeasuredMap> measured = MeasureMaps(maps, StageProgress("maps"));
-  std::fputs(MapTable(measured).c_str(), stdout);
-  if (!arguments.json.empty()) WriteJsonFile(arguments.json, MapsJson(measured));
+  const MapMeasures measured = MeasureMaps(maps, StageProgress("maps"));
+  std::fputs(MapTable(measured.maps).c_str(), stdout);
+  if (!arguments.json.empty()) WriteJsonFile(arguments.json, MapsJson(measured.maps));
+  if (!measured.failures.empty()) throw DataError(measured.failures);
 }
 
 void AddPipeOptions(CLI::App* command, ComparedFiles* inputs) {

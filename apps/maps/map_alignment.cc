@@ -43,15 +43,26 @@ double Share(size_t part, size_t whole) {
 
 double Overlap(const MapSamples& map, const TrueScan& truth, const RigidTransform& T) {
   size_t on = 0;
-  for (const Vector3d& p : map.places) on += truth.planes.Find(T * p, kOn_m).has_value();
+  for (const Vector3d& p : map.places) {
+    on += truth.planes.Find(T * p, kOn_m + kRounding_m).has_value();
+  }
   return Share(on, map.places.size());
 }
 
-// Point to plane, with planes that come nearer as it goes on.
+Vector3d FindMiddle(const MapSamples& map) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& p : map.places) middle += p / static_cast<double>(map.places.size());
+  return middle;
+}
+
+// Point to plane, with planes that come nearer as it goes on. Turned about the middle of the map:
+// its origin may be as far as that of UTM.
 RigidTransform Refine(const MapSamples& map, const TrueScan& truth, RigidTransform T) {
+  const Vector3d middle_map = FindMiddle(map);
   constexpr double kReaches_m[] = {0.5,  0.5,  0.5, 0.3, 0.3, 0.3, 0.2, 0.2,
                                    0.15, 0.15, 0.1, 0.1, 0.1, 0.1, 0.1};
   for (const double reach_m : kReaches_m) {
+    const Vector3d middle = T * middle_map;
     Eigen::Matrix<double, 6, 6> information = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
     Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
     for (size_t i = 0; i < map.places.size(); ++i) {
@@ -61,13 +72,13 @@ RigidTransform Refine(const MapSamples& map, const TrueScan& truth, RigidTransfo
       const Vector3d n = truth.map.cubes()[near->cube].normal;
       const double weight = 1 / (1 + std::pow(near->off_m / (0.3 * reach_m), 2));
       Eigen::Matrix<double, 6, 1> row;
-      row << (p - T.translation).cross(n), n;
+      row << (p - middle).cross(n), n;
       information += weight * row * row.transpose();
       gradient -= weight * near->off_m * row;
     }
     const Eigen::Matrix<double, 6, 1> step = information.ldlt().solve(gradient);
     T.rotation = (ExpRotation(step.head<3>()) * T.rotation).normalized();
-    T.translation += step.tail<3>();
+    T.translation = middle + step.tail<3>() - T.rotation * middle_map;
   }
   return T;
 }
@@ -177,8 +188,7 @@ ScanPlacement Search(const MapSamples& map, const TrueScan& truth) {
   ScanPlacement best{Refine(map, truth, as_it_is), 0, 0};
   best.overlap = Overlap(map, truth, best.T_truth_map);
   if (best.overlap >= kFits || !map.axes.are_found || !truth.samples.axes.are_found) return best;
-  Vector3d middle = Vector3d::Zero();
-  for (const Vector3d& p : map.places) middle += p / static_cast<double>(map.places.size());
+  const Vector3d middle = FindMiddle(map);
   std::vector<ScanPlacement> all{best};
   for (const RoughPlace& rough : RoughPlaces(map, truth)) {
     ScanPlacement placed{Refine(map, truth, rough.T), 0, 0};
@@ -253,6 +263,9 @@ MapSamples SampleSurfaces(const SurfaceMap& map) {
     samples.directions.push_back(map.cubes()[i].normal);
   }
   if (!samples.places.empty()) samples.axes = FindAxes(samples.directions, samples.places);
+  if (samples.axes.are_found) {
+    samples.axes = WithUp(samples.axes, FindUpOfFloors(samples.axes, samples.directions));
+  }
   return samples;
 }
 

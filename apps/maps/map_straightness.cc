@@ -88,7 +88,8 @@ Interval FindExtent(const FoundFace& face, const Vector3d& direction, const Vect
 std::optional<double> FindOffSquare_deg(const FoundFace& a, const FoundFace& b,
                                         const Vector3d& up) {
   const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
-  const double off_rad = std::asin(level(a.normal).dot(level(b.normal)));
+  // Of parallel ones it may be rounded to more than 1.
+  const double off_rad = std::asin(std::clamp(level(a.normal).dot(level(b.normal)), -1.0, 1.0));
   if (std::abs(off_rad) > kMaxOffSquare_deg / kDegreesPerRadian) return std::nullopt;
   for (const auto& [face, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     const Interval stretch = FindExtent(*face, other->normal, other->middle, up);

@@ -8,7 +8,6 @@
 
 #include "apps/evaluation/straightness.h"
 #include "apps/maps/surface_map.h"
-#include "data/core/progress.h"
 
 namespace slcmap::inline evaluation {
 

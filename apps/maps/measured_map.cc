@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -19,8 +20,17 @@ using Eigen::Vector3d;
 
 constexpr double kRival = 0.9;  // of the overlap, for another place to be as good
 
+// Half a centimetre: of metres that is about 100 km off the origin, as in UTM.
+constexpr double kCoarseStep_m = 0.005;
+
 ExternalMap ReadScaled(const std::string& path, double scale) {
   ExternalMap map = ReadExternalMap(path);
+  if (map.float_step * scale > kCoarseStep_m) {
+    spdlog::warn(
+        "{}: found single-precision coordinates in steps of {:.3g} m, so far are they from their "
+        "origin, expected steps below {:g} m; write doubles, or subtract an origin",
+        path, map.float_step * scale, kCoarseStep_m);
+  }
   if (scale == 1) return map;
   for (Vector3d& p : map.points) p *= scale;
   for (Vector3d& p : map.filled) p *= scale;
@@ -84,6 +94,10 @@ MeasuredMap Measure(const NamedMap& named, const TrueScan* truth, bool as_they_a
   if (!points.empty()) {
     surfaces.emplace(std::move(points));
     samples = SampleSurfaces(*surfaces);
+    if (as_they_are && samples.axes.is_z_up) {
+      samples.axes = WithUp(samples.axes, Vector3d::UnitZ());
+      samples.axes.tilt_deg = kNoFigure;
+    }
     faces = FindFaces(*surfaces, samples.axes.axes.col(2));
     measured.walls = MeasureWalls(*surfaces, samples.axes, faces);
     placed.map = &*surfaces;
@@ -109,14 +123,22 @@ MeasuredMap Measure(const NamedMap& named, const TrueScan* truth, bool as_they_a
 
 }  // namespace
 
-std::vector<MeasuredMap> MeasureMaps(const MapsToMeasure& maps, const Progress& progress) {
-  std::vector<MeasuredMap> measured;
+MapMeasures MeasureMaps(const MapsToMeasure& maps, const Progress& progress) {
+  MapMeasures measured;
+  std::vector<std::string> failures;
   const std::unique_ptr<TrueScan> truth = ReadTruth(maps);
   const auto count = static_cast<double>(maps.maps.size());
   for (const NamedMap& named : maps.maps) {
-    progress.ReportOrStop(static_cast<double>(measured.size()) / count);
-    measured.push_back(Measure(named, truth.get(), maps.as_they_are));
+    const auto done = static_cast<double>(measured.maps.size() + failures.size());
+    progress.ReportOrStop(done / count);
+    try {
+      measured.maps.push_back(Measure(named, truth.get(), maps.as_they_are));
+    } catch (const DataError& error) {
+      failures.emplace_back(error.what());
+    }
   }
+  measured.failures = fmt::format("{}", fmt::join(failures, "; "));
+  if (measured.maps.empty()) throw DataError(measured.failures);
   return measured;
 }
 
@@ -283,21 +305,23 @@ std::string Contents(const MeasuredMap& map) {
 std::string RankBy(const std::vector<MeasuredMap>& maps, const std::string& what,
                    const EdgesOf& of) {
   for (size_t i = std::size(kMapStraightedges_m); i-- > 0;) {
-    std::vector<std::pair<double, std::string>> sorted;
-    size_t have = 0;
+    std::map<int64_t, std::vector<std::string>> names;  // by hundredths of a mm, as printed
+    size_t have = 0, laid = 0;
     for (const MeasuredMap& map : maps) {
       const auto* all = of(map);
       if (!all || all->empty() || all->front().pieces == 0) continue;
       ++have;
       const double rms_mm = OfEdge(*all, i, Rms_mm);
-      if (!std::isnan(rms_mm)) sorted.emplace_back(rms_mm, map.name);
+      if (std::isnan(rms_mm)) continue;
+      names[std::llround(100 * rms_mm)].push_back(map.name);
+      ++laid;
     }
     if (have == 0) return "";
-    if (sorted.size() < have) continue;
-    std::sort(sorted.begin(), sorted.end());
+    if (laid < have) continue;
     std::vector<std::string> words;
-    for (const auto& [rms_mm, name] : sorted) {
-      words.push_back(fmt::format("{} {:.2f} mm", name, rms_mm));
+    for (const auto& [hundredths, tied] : names) {
+      words.push_back(fmt::format("{} {:.2f} mm", fmt::join(tied, " and "),
+                                  static_cast<double>(hundredths) / 100));
     }
     return fmt::format("{} under straightedges of {:g} m, the straightest first: {}", what,
                        kMapStraightedges_m[i], fmt::join(words, ", "));

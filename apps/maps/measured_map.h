@@ -32,8 +32,14 @@ struct MeasuredMap {
   std::optional<TruthAgreement> truth;
 };
 
-// Throws DataError, and StoppedError when progress says so.
-std::vector<MeasuredMap> MeasureMaps(const MapsToMeasure& maps, const Progress& progress = {});
+struct MapMeasures {
+  std::vector<MeasuredMap> maps;
+  std::string failures;  // why others could not be measured, in one line; "" of none
+};
+
+// Throws DataError where no map could be measured, or the truth cannot be read, and StoppedError
+// when progress says so.
+MapMeasures MeasureMaps(const MapsToMeasure& maps, const Progress& progress = {});
 
 // Measured maps side by side: a table to read, CSV and JSON.
 
@@ -42,7 +48,7 @@ std::string MapCsv(const std::vector<MeasuredMap>& maps);
 nlohmann::ordered_json MapsJson(const std::vector<MeasuredMap>& maps);
 
 // In words: which map is the straightest, by its walls and by its lines, under the longest
-// straightedge that can be laid on all of them.
+// straightedge that can be laid on all of them. Those that print the same share a rank.
 std::vector<std::string> Ranking(const std::vector<MeasuredMap>& maps);
 
 }  // namespace slcmap::evaluation

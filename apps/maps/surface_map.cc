@@ -26,6 +26,7 @@ constexpr uint64_t kMostThinned = 400;
 constexpr double kWithin_m = 0.15, kAlongCosine = 0.94, kMostlyAlong = 0.95;
 constexpr size_t kMostDirections = 1500;
 constexpr double kZIsUp_deg = 20;
+constexpr double kFloors = 0.1;  // of all normals, for floors to tell what is upwards
 constexpr double kMeshSample_m = 0.02;
 constexpr size_t kMostMeshSamples = 4000000;
 
@@ -36,18 +37,12 @@ struct CubeSums {
   Matrix3d products = Matrix3d::Zero();
 };
 
-// Each point of a crowded place is as likely to stay as any other.
-std::vector<Vector3d> Thinned(std::vector<Vector3d> points) {
-  std::unordered_map<int64_t, uint64_t> counts;
-  const auto key = [](const Vector3d& p) { return MakeKey(FindCube(p, kThinned_m)); };
-  for (const Vector3d& p : points) ++counts[key(p)];
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const uint64_t count = counts[key(points[i])];
-    if (count <= kMostThinned || MixBits(i) % count < kMostThinned) points[kept++] = points[i];
-  }
-  points.resize(kept);
-  return points;
+// A whole number of metres near the first point, so that a map is the same in UTM, and a bit of no
+// round number: rounding would tell on which side of a border of cubes walls at these are.
+Vector3d FindOrigin(const std::vector<Vector3d>& points) {
+  const Vector3d beside(0.01837, 0.02243, 0.01579);
+  if (points.empty()) return beside;
+  return (points.front() + beside).array().round().matrix() + beside;
 }
 
 double AxisAngle_deg(const Vector3d& a, const Vector3d& b) {
@@ -63,13 +58,31 @@ uint64_t MixBits(uint64_t value) {
   return value ^ (value >> 31);
 }
 
-SurfaceMap::SurfaceMap(std::vector<Vector3d> points) {
-  points = Thinned(std::move(points));
+SurfaceMap::SurfaceMap(std::vector<Vector3d> points) : origin_(FindOrigin(points)) {
+  points = Thin(std::move(points));
   for (const double cube_m : kCubes_m) {
     Fill(points, cube_m);
     FitPlanes();
     if (planes_ >= kMostlyPlanes * static_cast<double>(cubes_.size())) break;
   }
+}
+
+// Each point of a crowded place is as likely to stay as any other.
+std::vector<Vector3d> SurfaceMap::Thin(std::vector<Vector3d> points) const {
+  std::unordered_map<int64_t, uint64_t> counts;
+  const auto key = [&](const Vector3d& p) { return MakeKey(Locate(p, kThinned_m)); };
+  for (const Vector3d& p : points) ++counts[key(p)];
+  size_t kept = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const uint64_t count = counts[key(points[i])];
+    if (count <= kMostThinned || MixBits(i) % count < kMostThinned) points[kept++] = points[i];
+  }
+  points.resize(kept);
+  return points;
+}
+
+Eigen::Vector3i SurfaceMap::Locate(const Vector3d& p, double cube_m) const {
+  return FindCube(p - origin_, cube_m);
 }
 
 int SurfaceMap::FindAt(const Eigen::Vector3i& place) const {
@@ -81,7 +94,7 @@ void SurfaceMap::Fill(const std::vector<Vector3d>& points, double cube_m) {
   cube_m_ = cube_m;
   points_.clear(), cubes_.clear(), where_.clear(), index_.clear();
   for (const Vector3d& p : points) {
-    const Eigen::Vector3i place = FindCube(p, cube_m);
+    const Eigen::Vector3i place = Locate(p, cube_m);
     const auto [entry, is_new] = index_.try_emplace(MakeKey(place), cubes_.size());
     if (is_new) {
       cubes_.emplace_back();
@@ -96,7 +109,7 @@ void SurfaceMap::Fill(const std::vector<Vector3d>& points, double cube_m) {
 void SurfaceMap::FitPlanes() {
   std::vector<CubeSums> sums(cubes_.size());
   const auto middle = [&](size_t i) -> Vector3d {
-    return cube_m_ * (where_[i].cast<double>() + Vector3d::Constant(0.5));
+    return origin_ + cube_m_ * (where_[i].cast<double>() + Vector3d::Constant(0.5));
   };
   for (size_t i = 0; i < cubes_.size(); ++i) {
     for (const int32_t point : cubes_[i].points) {
@@ -201,7 +214,10 @@ NearPlanes::NearPlanes(const SurfaceMap& map) : map_(map) {
     cubes_.push_back(i);
     places.push_back((map.cubes()[i].p - origin_).cast<float>());
   }
-  tree_ = std::make_unique<PointTree>(places);
+  planes_ = std::make_unique<PointTree>(places);
+  places.clear();
+  for (const Vector3d& p : map.points()) places.push_back((p - origin_).cast<float>());
+  points_ = std::make_unique<PointTree>(places);
 }
 
 std::optional<NearPlanes::Match> NearPlanes::Find(const Vector3d& p, double reach_m,
@@ -210,7 +226,7 @@ std::optional<NearPlanes::Match> NearPlanes::Find(const Vector3d& p, double reac
   std::optional<Match> nearest;
   if (cubes_.empty()) return nearest;
   PointTree::Found found;
-  tree_->FindNearest((p - origin_).cast<float>(), kLookedAtPlanes, &found);
+  planes_->FindNearest((p - origin_).cast<float>(), kLookedAtPlanes, &found);
   double nearest_m = HUGE_VAL;
   for (const int item : found.items) {
     const size_t index = cubes_[static_cast<size_t>(item)];
@@ -227,6 +243,17 @@ std::optional<NearPlanes::Match> NearPlanes::Find(const Vector3d& p, double reac
     nearest = Match{index, off_m};
   }
   return nearest;
+}
+
+std::optional<double> NearPlanes::FindOff_m(const Vector3d& p, double reach_m) const {
+  PointTree::Found found;
+  points_->FindNearest((p - origin_).cast<float>(), 1, &found);
+  double off_m = HUGE_VAL;
+  for (const int item : found.items) {
+    off_m = (p - map_.points()[static_cast<size_t>(item)]).norm();
+  }
+  if (const auto plane = Find(p, reach_m)) off_m = std::min(off_m, std::abs(plane->off_m));
+  return off_m <= reach_m ? std::optional(off_m) : std::nullopt;
 }
 
 Vector3d FindExtents(const std::vector<Vector3d>& places) {
@@ -277,6 +304,29 @@ BuildingAxes FindAxes(const std::vector<Vector3d>& directions,
   found.axes.col(1) = upwards.cross(level);
   found.axes.col(2) = upwards;
   return found;
+}
+
+BuildingAxes WithUp(BuildingAxes axes, const Vector3d& upwards) {
+  const Vector3d own = axes.axes.col(0), level = (own - upwards.dot(own) * upwards).normalized();
+  axes.axes << level, upwards.cross(level), upwards;
+  if (axes.is_z_up) axes.tilt_deg = AxisAngle_deg(upwards, Vector3d::UnitZ());
+  return axes;
+}
+
+Vector3d FindUpOfFloors(const BuildingAxes& axes, const std::vector<Vector3d>& normals) {
+  Vector3d upwards = axes.axes.col(2);
+  for (const double within_deg : {10.0, 3.0}) {
+    Vector3d sum = Vector3d::Zero();
+    double floors = 0;
+    for (const Vector3d& normal : normals) {
+      if (AxisAngle_deg(normal, upwards) > within_deg) continue;
+      sum += normal.dot(upwards) < 0 ? Vector3d(-normal) : normal;
+      ++floors;
+    }
+    if (floors < kFloors * static_cast<double>(normals.size())) return axes.axes.col(2);
+    upwards = sum.normalized();
+  }
+  return upwards;
 }
 
 std::vector<Vector3d> SurfacePoints(const ExternalMap& map) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -48,11 +47,14 @@ class SurfaceMap {
  private:
   void Fill(const std::vector<Eigen::Vector3d>& points, double cube_m);
   void FitPlanes();
+  Eigen::Vector3i Locate(const Eigen::Vector3d& p, double cube_m) const;
+  std::vector<Eigen::Vector3d> Thin(std::vector<Eigen::Vector3d> points) const;
   // To the layer that the cube's own points are of, among all those around.
   void RefitPlane(size_t cube);
   bool IsWithinSurface(size_t cube) const;
   int FindAt(const Eigen::Vector3i& place) const;
 
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the cubes
   std::vector<Eigen::Vector3d> points_;
   std::vector<SurfaceCube> cubes_;
   std::vector<Eigen::Vector3i> where_;  // by cube
@@ -75,11 +77,15 @@ class NearPlanes {
   std::optional<Match> Find(const Eigen::Vector3d& p, double reach_m,
                             const Eigen::Vector3d* normal = nullptr) const;
 
+  // How far a place is from the map: from that plane, or from the nearest point where that is
+  // nearer, as at corners and on what is small. Nothing beyond reach_m.
+  std::optional<double> FindOff_m(const Eigen::Vector3d& p, double reach_m) const;
+
  private:
   const SurfaceMap& map_;
   std::vector<size_t> cubes_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-  std::unique_ptr<PointTree> tree_;
+  std::unique_ptr<PointTree> planes_, points_;
 };
 
 // The axes of a building as columns, the last one upwards: z where one of them is near it, else
@@ -92,6 +98,13 @@ struct BuildingAxes {
 };
 BuildingAxes FindAxes(const std::vector<Eigen::Vector3d>& directions,
                       const std::vector<Eigen::Vector3d>& places);
+
+// The axes with that upwards, where their own is near it.
+BuildingAxes WithUp(BuildingAxes axes, const Eigen::Vector3d& upwards);
+// Upwards as floors and ceilings have it, which leaning walls do not turn: of the normals of
+// surfaces those near the axis. The axes' own where there are few.
+Eigen::Vector3d FindUpOfFloors(const BuildingAxes& axes,
+                               const std::vector<Eigen::Vector3d>& normals);
 
 // The points of a map that nothing laid on a plane; of a mesh points evenly over its faces.
 std::vector<Eigen::Vector3d> SurfacePoints(const ExternalMap& map);

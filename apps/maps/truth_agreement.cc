@@ -69,16 +69,17 @@ WeighedPoints AlongLines(const std::vector<PlySegment>& lines) {
 void AddAccuracy(const WeighedPoints& map, const TrueScan& truth, TruthAgreement* agreement) {
   double all = 0, near = 0, squares = 0;
   std::vector<double> within(std::size(kTolerances_m));
-  const double reach_m = kTolerances_m[std::size(kTolerances_m) - 1];
+  const double reach_m = kTolerances_m[std::size(kTolerances_m) - 1] + kRounding_m;
   for (size_t i = 0; i < map.points.size(); ++i) {
     const double weight = map.weights[i];
     all += weight;
-    const auto plane = truth.planes.Find(agreement->placement.T_truth_map * map.points[i], reach_m);
-    if (!plane) continue;
+    const auto off_m =
+        truth.planes.FindOff_m(agreement->placement.T_truth_map * map.points[i], reach_m);
+    if (!off_m) continue;
     near += weight;
-    squares += weight * plane->off_m * plane->off_m;
+    squares += weight * *off_m * *off_m;
     for (size_t k = 0; k < within.size(); ++k) {
-      if (std::abs(plane->off_m) <= kTolerances_m[k]) within[k] += weight;
+      if (*off_m <= kTolerances_m[k] + kRounding_m) within[k] += weight;
     }
   }
   for (size_t k = 0; k < within.size(); ++k) {
@@ -88,7 +89,7 @@ void AddAccuracy(const WeighedPoints& map, const TrueScan& truth, TruthAgreement
   agreement->rms_m = std::sqrt(ComputeShare(squares, near));
 }
 
-// For each place of the truth, what the map has beside it.
+// For each place of the truth, what lies nearest to it of what the map has beside it.
 void AddCompleteness(const MapOnScan& placed, const TrueScan& truth, TruthAgreement* agreement) {
   const RigidTransform T_map_truth = placed.placement.T_truth_map.Inverse();
   std::vector<Vector3d> points = placed.map->points();
@@ -106,18 +107,15 @@ void AddCompleteness(const MapOnScan& placed, const TrueScan& truth, TruthAgreem
     const Vector3d p = T_map_truth * truth.map.cubes()[i].p;
     const Vector3d n = T_map_truth.rotation * truth.map.cubes()[i].normal;
     tree.FindWithin((p - origin).cast<float>(), std::hypot(beside_m, kAcross_m), &found);
-    std::vector<double> off_m;
+    double nearest_m = HUGE_VAL;  // the other face of a wall takes nothing from this one
     for (const int item : found.items) {
       const Vector3d from = points[static_cast<size_t>(item)] - p;
-      const double off = n.dot(from);
-      if (std::abs(off) > kAcross_m || (from - off * n).norm() > beside_m) continue;
-      off_m.push_back(std::abs(off));
+      const double off_m = n.dot(from);
+      if ((from - off_m * n).norm() > beside_m) continue;
+      nearest_m = std::min(nearest_m, std::abs(off_m));
     }
-    if (off_m.empty()) continue;
     for (size_t k = 0; k < covered.size(); ++k) {
-      const auto within = std::count_if(off_m.begin(), off_m.end(),
-                                        [&](double off) { return off <= kTolerances_m[k]; });
-      covered[k] += static_cast<double>(within) / static_cast<double>(off_m.size());
+      covered[k] += nearest_m <= kTolerances_m[k] + kRounding_m;
     }
   }
   for (size_t k = 0; k < covered.size(); ++k) {

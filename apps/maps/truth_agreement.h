@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,10 @@ struct MapSamples {
 };
 MapSamples SampleSurfaces(const SurfaceMap& map);
 MapSamples SampleLines(const std::vector<PlySegment>& lines);
+
+// What single precision leaves of the coordinates of a building: distances that are as large as a
+// limit are within it.
+inline constexpr double kRounding_m = 1e-5;
 
 // A scan that maps are laid on.
 struct TrueScan {
@@ -52,8 +55,8 @@ void RefuseOtherUnits(const std::string& name, const std::vector<Eigen::Vector3d
 struct AgreementScore {
   double tolerance_m = 0;
   double accuracy = 0;      // share of the map, by area or by length of lines, so near the truth
-  double completeness = 0;  // of the truth, by area: of each place the share of what the map has
-                            // there that is so near; of lines there is none
+  double completeness = 0;  // of the truth, by area: where what the map has beside it is so near;
+                            // of lines there is none
   double f = 0;
 };
 

@@ -17,6 +17,7 @@ constexpr double kUpright = 0.34;      // most of a normal that points up: 20 de
 constexpr double kNextCosine = 0.966;  // of normals of neighbours: 15 degrees
 constexpr double kFaceCosine = 0.906;  // of a normal and that of the first: 25 degrees
 constexpr double kStep = 0.35;         // of a cube, from the plane of a neighbour to the next
+constexpr double kFlat = 1e-6;         // what rounding leaves of a plane's flatness, and more
 constexpr double kPieceLeast_m = 0.4;  // of a piece of a wall
 constexpr double kFaceLength_m = 1, kFaceHeight_m = 0.8;  // without their borders
 constexpr double kGap_m = 2;                              // along a wall, where it was not seen
@@ -42,8 +43,10 @@ std::vector<Cubes> GrowPieces(const SurfaceMap& map, const Vector3d& up) {
   for (size_t i = 0; i < cubes.size(); ++i) {
     if (IsUpright(cubes[i], up)) order.push_back(i);
   }
+  // Of planes without noise rounding would tell which is the flattest.
+  const auto flatness = [&](size_t i) { return std::max(kFlat, cubes[i].flatness); };
   std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return cubes[a].flatness < cubes[b].flatness; });
+                   [&](size_t a, size_t b) { return flatness(a) < flatness(b); });
   std::vector<bool> taken(cubes.size(), false);
   std::vector<Cubes> pieces;
   for (const size_t seed : order) {

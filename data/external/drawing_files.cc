@@ -3,10 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "data/core/error.h"
@@ -19,6 +19,14 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Whether an object or layer is one of our own exports that shows no edge of the building.
+bool IsOurAddition(std::string_view name) {
+  static const std::regex kNames(
+      "TRAJECTORY|(S-?[0-9]+_)?(X|Y|VERTICAL|OTHER|SLOPED)_(MARK|OUTLINE)|"
+      "S-?[0-9]+_(WALL|FLOOR|CEILING|OTHER)_PLANE_OUTLINE");
+  return std::regex_match(name.begin(), name.end(), kNames);
+}
+
 class ObjReader {
  public:
   ObjReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
@@ -29,7 +37,8 @@ class ObjReader {
       const auto words = SplitRow(text);
       if (words.size() < 2) return;
       if (words[0] == "v") AddVertex(words);
-      if (words[0] == "l") AddLine(words);
+      if (words[0] == "o") is_left_out_ = IsOurAddition(words[1]);
+      if (words[0] == "l" && !is_left_out_) AddLine(words);
       if (words[0] == "f") AddFace(words);
     });
     map_.format = !map_.triangles.empty() ? "OBJ with faces"
@@ -84,6 +93,7 @@ class ObjReader {
   const std::string& path_;
   const std::string_view bytes_;
   int row_ = 0;
+  bool is_left_out_ = false;  // the object
   std::vector<Vector3d> vertices_;
   ExternalMap map_;
 };
@@ -351,6 +361,7 @@ ExternalMap ReadDxf(const std::string& path, std::string_view bytes) {
   ExternalMap map;
   map.format = "DXF";
   for (const auto& [layer, points] : drawing.lines) {
+    if (IsOurAddition(layer)) continue;
     for (size_t i = 1; i < points.size(); ++i) map.lines.push_back({points[i - 1], points[i]});
   }
   for (const Vector3d& p : drawing.points) AddPoint(p, &map);

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "data/core/error.h"
@@ -31,6 +32,10 @@ constexpr Unread kUnread[] = {
     {"glTF", "a glTF file", "export it as PLY or OBJ"},
     {"AutoCAD Binary DXF", "a binary DXF", "save it as ASCII DXF (R12)"},
     {"AC10", "a DWG drawing", "save it as DXF (R12)"},
+    {"ply\nformat binary_big_endian", "a big-endian PLY",
+     "save it as binary little endian or ascii"},
+    {"ply\r\nformat binary_big_endian", "a big-endian PLY",
+     "save it as binary little endian or ascii"},
     {"\x93NUMPY", "a NumPy array", "save it as text or OBJ (limap: limapio.save_obj)"},
     {"#ROSBAG", "a ROS bag", "write the message as text: rostopic echo -p, or as PCD or PLY"}};
 
@@ -100,9 +105,27 @@ void AddLooseVertices(const PlyFile& file, const std::string& path, ExternalMap*
   if (!map->points.empty()) map->format = "PLY with edges and points";
 }
 
+// Text may have more digits than its type, and then is no float.
+double FindFloatStep(const PlyElement& vertices) {
+  double largest = 0;
+  for (const PlyProperty& property : vertices.properties) {
+    const std::string& name = property.name;
+    if ((name != "x" && name != "y" && name != "z") || property.type != PlyType::kFloat) continue;
+    for (const double value : property.values) {
+      if (!std::isfinite(value)) continue;
+      if (static_cast<double>(static_cast<float>(value)) != value) return 0;
+      largest = std::max(largest, std::abs(value));
+    }
+  }
+  return GetFloatStep(largest);
+}
+
 ExternalMap ReadPlyMap(const std::string& path) {
   const PlyFile file = ReadPly(path);
   ExternalMap map;
+  for (const PlyElement& element : file.elements) {
+    if (element.name == "vertex") map.float_step = FindFloatStep(element);
+  }
   if (HasElement(file, "edge")) {
     map.format = "PLY with edges";
     map.lines = Segments(file, path);

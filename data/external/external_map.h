@@ -19,6 +19,8 @@ struct ExternalMap {
   // Points of a map of ours that were laid on planes, which are flat by that.
   std::vector<Eigen::Vector3d> filled;
   std::vector<std::array<Eigen::Vector3d, 3>> triangles;
+  // From one of its single-precision coordinates to the next, where they are largest; 0 of doubles.
+  double float_step = 0;
   int64_t left_out = 0;  // places that are not finite, or that a scan calls noise
 };
 

@@ -1,6 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -86,6 +86,7 @@ class PcdReader {
     } else {
       Fail(fmt::format("found DATA {}, expected ascii, binary or binary_compressed", data_));
     }
+    if (data_ != "ascii") NoteFloats();  // text may have more digits
     return std::move(map_);
   }
 
@@ -138,6 +139,15 @@ class PcdReader {
     if (stride_ == 0 || have / stride_ < points_) {
       Fail(fmt::format("cut short: found {} points, expected {}", stride_ > 0 ? have / stride_ : 0,
                        points_));
+    }
+  }
+
+  void NoteFloats() {
+    for (const int axis : {0, 1, 2}) {
+      if (fields_of_[axis].type != 'F' || fields_of_[axis].size != 4) continue;
+      double largest = 0;
+      for (const Eigen::Vector3d& p : map_.points) largest = std::max(largest, std::abs(p[axis]));
+      map_.float_step = std::max(map_.float_step, GetFloatStep(largest));
     }
   }
 

@@ -1,6 +1,7 @@
 // A reader a format of maps by others. All throw DataError naming the file.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -34,6 +35,12 @@ void AddTrack(const std::string& path, ExternalMap* map);
 
 // Adds a point where it is finite, else counts it.
 void AddPoint(const Eigen::Vector3d& p, ExternalMap* map);
+
+// Of coordinates of single precision that are as large as that.
+inline double GetFloatStep(double largest) {
+  const auto at = static_cast<float>(largest);
+  return std::nextafter(at, HUGE_VALF) - at;
+}
 
 // Calls handle(row number from 1, row) for each row, without its end.
 template <typename Handler>

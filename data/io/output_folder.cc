@@ -57,7 +57,8 @@ const std::vector<StageMark>& StageMarks() {
       {"journal/header.json", "a run", "slcmap run"},
       {"map.json", "a map", "slcmap map"},
       {"export.json", "an export", "slcmap export"},
-      {"compare.json", "a comparison", "slcmap comparison"}};
+      {"compare.json", "a comparison", "slcmap comparison"},
+      {"maps.json", "a comparison of maps", "slcmap comparison of maps"}};
   return marks;
 }
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "data/io/ply.h"
 #include "mapping/map/map_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
@@ -106,6 +107,64 @@ TEST_F(CompareTest, DamagedRunsAreMadeAnew) {
   EXPECT_THAT(map.output,
               AllOf(HasSubstr("points: a run has no pose at all"), Not(HasSubstr("run 1 failed"))));
   EXPECT_TRUE(std::filesystem::exists(folder + "/map/map.json"));
+}
+
+// Maps by any system: the points of a room every 4 cm.
+class CompareMapsTest : public ::testing::Test {
+ protected:
+  CompareMapsTest() {
+    std::string rows;
+    const auto add = [&](double u_m, double v_m, auto place) {
+      for (double u = 0.02; u < u_m; u += 0.04) {
+        for (double v = 0.02; v < v_m; v += 0.04) rows += place(u, v) + "\n";
+      }
+    };
+    for (const double at : {0.0, 1.0}) {
+      add(4, 2.6, [&](double u, double v) { return fmt::format("{} {} {}", u, 3 * at, v); });
+      add(3, 2.6, [&](double u, double v) { return fmt::format("{} {} {}", 4 * at, u, v); });
+      add(4, 3, [&](double u, double v) { return fmt::format("{} {} {}", u, v, 2.6 * at); });
+    }
+    room_ = folder_.Write("room.xyz", rows);
+    damaged_ = folder_.Write("damaged.ply", "ply\nformat ascii 1.0\n");
+  }
+
+  TempFolder folder_;
+  std::string room_, damaged_;
+};
+
+TEST_F(CompareMapsTest, TheSameCommandReplacesItsReport) {
+  const std::string report = folder_.Path("report");
+  const std::string command = "compare --maps a=" + room_ + " b=" + room_ + " -o " + report;
+  ExpectSuccess(command);
+  const std::string json = testing::ReadText(report + "/maps.json");
+  EXPECT_THAT(ExpectSuccess(command).output, HasSubstr("a and b 0.00 mm"));
+  EXPECT_EQ(testing::ReadText(report + "/maps.json"), json);
+}
+
+TEST_F(CompareMapsTest, OneThatCannotBeReadLeavesTheOthersTheirFigures) {
+  const std::string maps = "--maps damaged=" + damaged_ + " a=" + room_;
+  const std::string report = folder_.Path("report"), figures = folder_.Path("maps.json");
+  // The figures of evaluate are a file among others, and written again.
+  for (const std::string& command :
+       {"compare " + maps + " -o " + report, "evaluate " + maps + " --json " + figures,
+        "evaluate " + maps + " --json " + figures}) {
+    const ProcessResult result = RunSlcmap(command);
+    EXPECT_EQ(result.exit_code, 1) << result.error;
+    EXPECT_THAT(result.error, HasSubstr("damaged.ply: PLY header"));
+    EXPECT_THAT(result.output, HasSubstr("their length [m]"));
+  }
+  EXPECT_THAT(testing::ReadText(report + "/maps.csv"), HasSubstr("a,walls,4"));
+  EXPECT_THAT(testing::ReadText(figures), HasSubstr("\"walls\": 4"));
+}
+
+TEST_F(CompareMapsTest, SinglePrecisionFarFromTheOriginIsTold) {
+  PlyElement vertices{"vertex", {}};
+  for (const char* axis : {"x", "y", "z"}) vertices.Add(axis, PlyType::kFloat);
+  for (int i = 0; i < 100; ++i) vertices.AppendRow({5e5 + i, 5.4e6, 300});
+  WritePly(folder_.Path("far.ply"), {{}, {vertices}, {}});
+  EXPECT_THAT(RunSlcmap("evaluate --maps far=" + folder_.Path("far.ply") + " near=" + room_).error,
+              AllOf(HasSubstr("far.ply: found single-precision coordinates in steps of 0.5 m"),
+                    HasSubstr("write doubles, or subtract an origin")));
 }
 
 // Long commands show how far they are on a terminal, and Ctrl-C ends them soon.

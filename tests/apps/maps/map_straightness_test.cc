@@ -263,7 +263,7 @@ TEST(MapsAgainstAScan, AreLaidOnItAndRanked) {
                {"thin", WriteCloud(folder, "t.ply", Moved(Cloud(120, kStraight, 4))), 1}};
   WriteLinesPly(folder.Path("l.ply"), EdgePieces(1.5, {0.002, 0}, 5));
   maps.maps.push_back({"lines", folder.Path("l.ply"), 1});
-  const std::vector<MeasuredMap> measured = MeasureMaps(maps);
+  const std::vector<MeasuredMap> measured = MeasureMaps(maps).maps;
   ASSERT_EQ(measured.size(), 5u);
   const auto f_2cm = [&](size_t i) { return measured[i].truth->scores[0].f; };
   EXPECT_GT(f_2cm(2), 0.97);
@@ -279,6 +279,145 @@ TEST(MapsAgainstAScan, AreLaidOnItAndRanked) {
   EXPECT_LT(ranking[0].find("bent "), ranking[0].find("noisy ")) << ranking[0];
   for (const MeasuredMap& map : measured) {
     EXPECT_NE(MapTable(measured).find(map.name), std::string::npos);
+  }
+}
+
+// A room with a partition of 10 cm at round numbers and a box, in points every 3 cm.
+std::vector<Vector3d> EvenRoom() {
+  constexpr double kStep_m = 0.03;
+  const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 2.6);
+  std::vector<Rectangle> all = {
+      {{0, 0, 0}, 6 * x, z}, {{0, 4, 0}, 6 * x, z},     {{0, 0, 0}, 4 * y, z},
+      {{6, 0, 0}, 4 * y, z}, {{0, 0, 0}, 6 * x, 4 * y}, {z, 6 * x, 4 * y},
+      {{2, 0, 0}, 2 * y, z}, {{2.1, 0, 0}, 2 * y, z},   {{4, 2, 0.4}, 0.4 * x, 0.4 * y}};
+  for (const double at : {0.0, 0.4}) {
+    all.push_back({{4, 2 + at, 0}, 0.4 * x, {0, 0, 0.4}});
+    all.push_back({{4 + at, 2, 0}, 0.4 * y, {0, 0, 0.4}});
+  }
+  std::vector<Vector3d> points;
+  for (const Rectangle& r : all) {
+    const double width_m = r.u.norm(), height_m = r.v.norm();
+    for (double a_m = kStep_m / 2; a_m < width_m; a_m += kStep_m) {
+      for (double b_m = kStep_m / 2; b_m < height_m; b_m += kStep_m) {
+        points.push_back(r.corner + a_m / width_m * r.u + b_m / height_m * r.v);
+      }
+    }
+  }
+  return points;
+}
+
+// Sheared to the side by that share of its height, by x and by y.
+std::vector<Vector3d> Leaning(std::vector<Vector3d> points, double share) {
+  for (Vector3d& p : points) p += share * p.z() * Vector3d(1, 1, 0);
+  return points;
+}
+
+MeasuredMap Single(const MapsToMeasure& maps) { return MeasureMaps(maps).maps.at(0); }
+
+TEST(MapsAgainstAScan, ThatAreItAreWithoutAFault) {
+  const TempFolder folder;
+  for (const auto& points : {EvenRoom(), Cloud(200, kNoisy, 1)}) {
+    const std::string scan = WriteCloud(folder, "scan.ply", points);
+    const TruthAgreement agreement = *Single({{{"itself", scan, 1}}, scan, 1, true}).truth;
+    EXPECT_LT(agreement.rms_m, 1e-6);
+    for (const AgreementScore& score : agreement.scores) {
+      EXPECT_DOUBLE_EQ(score.accuracy, 1) << score.tolerance_m;
+      EXPECT_GT(score.completeness, 0.99) << score.tolerance_m;
+    }
+  }
+}
+
+TEST(MapsAgainstAScan, ScoreTheSameInFloatsAndInUtm) {
+  const TempFolder folder;
+  const std::vector<Vector3d> room = EvenRoom();
+  std::vector<Vector3d> floats = room, utm = room;
+  for (Vector3d& p : floats) p = p.cast<float>().cast<double>();
+  for (Vector3d& p : utm) p += Vector3d(500000, 5400000, 300);
+  const std::string scan = WriteCloud(folder, "scan.ply", room);
+  const auto measure = [&](const std::string& map) {
+    return Single({{{"map", map, 1}}, scan, 1, false});
+  };
+  const MeasuredMap whole = measure(scan);
+  EXPECT_EQ(whole.walls->walls, 6);
+  for (const auto& points : {floats, utm}) {
+    const MeasuredMap other = measure(WriteCloud(folder, "other.ply", points));
+    EXPECT_EQ(other.walls->walls, whole.walls->walls);
+    EXPECT_NEAR(other.walls->length_m, whole.walls->length_m, 0.3);
+    EXPECT_NEAR(other.walls->thickness_m, whole.walls->thickness_m, 1e-3);
+    for (size_t i = 0; i < 3; ++i) {
+      const AgreementScore &score = other.truth->scores[i], &expected = whole.truth->scores[i];
+      EXPECT_NEAR(score.accuracy, expected.accuracy, 0.005) << i;
+      EXPECT_NEAR(score.completeness, expected.completeness, 0.005) << i;
+    }
+  }
+}
+
+TEST(MapsAgainstAScan, ThatLeanDoSoByTheirFloorsOrTheirZ) {
+  const TempFolder folder;
+  const std::vector<Vector3d> leaning = Leaning(EvenRoom(), 0.02);
+  const WallStraightness by_floors = OfCloud(leaning);
+  EXPECT_NEAR(by_floors.lean_rms_m, 0.055, 0.002);
+  EXPECT_LT(by_floors.tilt_deg, 0.1);
+  std::vector<Vector3d> walls;
+  for (const Vector3d& p : leaning) {
+    if (p.z() > 0.005 && p.z() < 2.595) walls.push_back(p);
+  }
+  const MeasuredMap by_z =
+      Single({{{"walls", WriteCloud(folder, "walls.ply", walls), 1}}, "", 1, true});
+  EXPECT_NEAR(by_z.walls->lean_rms_m, 0.055, 0.002);
+  EXPECT_TRUE(std::isnan(by_z.walls->tilt_deg));
+}
+
+TEST(MapsAgainstAScan, TieWhereTheyPrintTheSame) {
+  const TempFolder folder;
+  const std::string room = WriteCloud(folder, "room.ply", EvenRoom());
+  const auto bent = [&](double sag_m) {
+    std::vector<Vector3d> points = EvenRoom();
+    for (Vector3d& p : points) p = Bent(p, {0, sag_m});
+    return WriteCloud(folder, "bent.ply", points);
+  };
+  const auto ranking = [&](const std::string& other) {
+    return Ranking(MeasureMaps({{{"z", room, 1}, {"b", other, 1}}, "", 1, false}).maps).at(0);
+  };
+  EXPECT_NE(ranking(room).find("first: z and b 0.00 mm"), std::string::npos) << ranking(room);
+  const std::string apart = ranking(bent(0.5));
+  EXPECT_NE(apart.find("first: z 0.00 mm, b "), std::string::npos) << apart;
+}
+
+TEST(MapsAgainstAScan, AreMeasuredBesideOnesThatCannotBe) {
+  const TempFolder folder;
+  const NamedMap good{"good", WriteCloud(folder, "good.ply", EvenRoom()), 1},
+      bad{"bad", folder.Write("bad.ply", "ply\nformat ascii 1.0\n"), 1};
+  const MapMeasures measured = MeasureMaps({{bad, good}, "", 1, false});
+  ASSERT_EQ(measured.maps.size(), 1u);
+  EXPECT_EQ(measured.maps[0].name, "good");
+  EXPECT_NE(measured.failures.find(bad.path), std::string::npos) << measured.failures;
+  EXPECT_NE(MessageOf<DataError>([&] {
+              MeasureMaps({{bad}, "", 1, false});
+            }).find(bad.path),
+            std::string::npos);
+}
+
+// Rounding makes the cosine of two parallel normals more than 1 in some directions.
+TEST(AnglesOfWalls, AreKnownBesideParallelFaces) {
+  constexpr double kOff_rad = 0.025;
+  const SurfaceMap nothing({});
+  const auto wall = [](double turn_rad, double aside_m) {
+    FoundFace face;
+    face.normal = {std::cos(turn_rad), std::sin(turn_rad), 0};
+    face.upwards = Vector3d::UnitZ();
+    face.along = face.upwards.cross(face.normal);
+    face.middle = aside_m * face.normal;
+    face.length_m = 4, face.height_m = 2.6;
+    return face;
+  };
+  for (int i = 0; i < 1000; ++i) {
+    const double turn_rad = 0.001 * i;
+    const std::vector<FoundFace> faces = {wall(turn_rad, 0), wall(turn_rad, 0.1),
+                                          wall(turn_rad + M_PI / 2 - kOff_rad, 0)};
+    const WallStraightness measured = MeasureWalls(nothing, {}, faces);
+    EXPECT_EQ(measured.angles, 2) << turn_rad;
+    EXPECT_NEAR(measured.angle_rms_deg, kOff_rad * 180 / M_PI, 1e-6) << turn_rad;
   }
 }
 

@@ -109,6 +109,47 @@ TEST(ExternalLines, ArcsOfDxfAreDrawnAsTheyAre) {
   }
 }
 
+// Of our own exports the trajectory, marks and outlines of planes; a layer of others may be called
+// like these.
+TEST(ExternalLines, AreThoseOfTheBuildingAlone) {
+  const TempFolder folder;
+  std::string obj, dxf;
+  int first = 1;
+  for (const char* name : {"S0_X_EDGE", "S0_X_MARK", "VERTICAL_MARK", "TRAJECTORY", "S0_X_OUTLINE",
+                           "S1_FLOOR_PLANE_OUTLINE", "ROOF_OUTLINE"}) {
+    obj += std::string("o ") + name + "\nv 0 0 0\nv 1 0 0\nl " + std::to_string(first) + " " +
+           std::to_string(first + 1) + "\n";
+    dxf += std::string(" 0 LINE 8 ") + name + " 10 0 20 0 30 0 11 1 21 0 31 0";
+    first += 2;
+  }
+  EXPECT_EQ(ReadExternalMap(folder.Write("a.obj", obj)).lines.size(), 2u);
+  EXPECT_EQ(ReadExternalMap(folder.Write("a.dxf", DxfOf(dxf.substr(1)))).lines.size(), 2u);
+}
+
+TEST(ExternalClouds, TellTheStepsOfTheirCoordinates) {
+  const TempFolder folder;
+  const auto step = [&](PlyType type, double x) {
+    PlyElement vertices{"vertex", {}};
+    for (const char* axis : {"x", "y", "z"}) vertices.Add(axis, type);
+    vertices.AppendRow({x, 1, 2});
+    WritePly(folder.Path("a.ply"), {{}, {vertices}, {}});
+    return ReadExternalMap(folder.Path("a.ply")).float_step;
+  };
+  EXPECT_EQ(step(PlyType::kFloat, 5.4e6), 0.5);
+  EXPECT_LT(step(PlyType::kFloat, 54), 1e-5);
+  EXPECT_EQ(step(PlyType::kDouble, 5.4e6), 0);
+  const std::string head =
+      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 1\nDATA binary\n";
+  const float row[] = {5.4e6f, 1, 2};
+  const std::string bytes(reinterpret_cast<const char*>(row), sizeof row);
+  EXPECT_EQ(ReadExternalMap(folder.Write("a.pcd", head + bytes)).float_step, 0.5);
+  // Text may have more digits than its type.
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n5400000.123 1 2\n";
+  EXPECT_EQ(ReadExternalMap(folder.Write("b.ply", text)).float_step, 0);
+}
+
 TEST(ExternalClouds, AreReadFromWhatOthersWrite) {
   const TempFolder folder;
   const ExternalMap las = ReadExternalMap(folder.Write("a.las", Las(0, 1)));
@@ -188,6 +229,8 @@ TEST(ExternalMaps, ThatCannotBeReadAreRefusedWithTheRemedy) {
   expect("a.ply.gz", "\x1f\x8b\x08", "gunzip");
   expect("a.e57", "ASTM-E57xxx", "CloudCompare");
   expect("nothing.ply", "", "found nothing");
+  expect("big.ply", "ply\nformat binary_big_endian 1.0\nelement vertex 0\nend_header\n",
+         "save it as binary little endian or ascii");
   expect("points.ply",
          "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
          "property float z\nend_header\n",
