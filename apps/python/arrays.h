@@ -10,9 +10,7 @@
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "apps/python/module.h"

@@ -4,9 +4,6 @@
 
 #include <pybind11/pybind11.h>
 
-#include <string>
-#include <utility>
-
 namespace slcmap::inline python {
 
 namespace py = pybind11;

@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -11,11 +12,13 @@
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/python/arrays.h"
 #include "data/core/error.h"
+#include "mapping/options.h"
+#include "odometry/run/verdict.h"
 
 namespace slcmap::inline python {
 namespace {
 
-using Stamps = py::array_t<int64_t, py::array::c_style>;
+using Stamps = py::array_t<int64_t, py::array::c_style | py::array::forcecast>;
 using Vectors = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 std::string DescribeArray(const py::array& array) {
@@ -23,18 +26,43 @@ std::string DescribeArray(const py::array& array) {
                      std::string(py::str(array.attr("shape"))));
 }
 
-// A copy: odometry may still need it when a camera's driver writes the next image over it.
-cv::Mat ToMat(const char* name, const py::object& image) {
-  if (image.is_none()) return {};
+// A camera of the rig's, by its index; one that it does not have takes no image. A copy: odometry
+// may still need it when a camera's driver writes the next image over it.
+cv::Mat ToMat(const char* name, const Rig& rig, size_t camera, const py::object& image) {
+  if (image.is_none() && camera > 0) return {};
+  if (camera >= static_cast<size_t>(CameraCount(rig))) {
+    throw ConfigError(fmt::format("{}: found an image of camera {}, expected those of {}", name,
+                                  camera, CameraCount(rig)));
+  }
+  const int rows_px = rig.cameras[camera].height_px, columns_px = rig.cameras[camera].width_px;
   const auto array = py::array::ensure(image);
-  if (!array || array.ndim() != 2 || !array.dtype().is(py::dtype::of<uint8_t>())) {
-    throw ConfigError(fmt::format("{}: found {}, expected uint8 of rows x columns, grey", name,
-                                  array ? DescribeArray(array) : "no array"));
+  if (!array || !array.dtype().is(py::dtype::of<uint8_t>()) || array.ndim() != 2 ||
+      array.shape(0) != rows_px || array.shape(1) != columns_px) {
+    throw ConfigError(fmt::format(
+        "{}: found {}, expected uint8 of shape ({}, {}): grey, rows x columns of the "
+        "rig's camera",
+        name, array && !image.is_none() ? DescribeArray(array) : "no array", rows_px, columns_px));
   }
   const auto rows = py::array_t<uint8_t, py::array::c_style>::ensure(array);
-  const cv::Mat mat(static_cast<int>(rows.shape(0)), static_cast<int>(rows.shape(1)), CV_8U,
-                    const_cast<uint8_t*>(rows.data()));
-  return mat.clone();
+  return cv::Mat(rows_px, columns_px, CV_8U, const_cast<uint8_t*>(rows.data())).clone();
+}
+
+// Of any type of whole numbers that fit.
+Stamps ToStamps(const py::object& stamps) {
+  const py::array given = py::array::ensure(stamps);
+  const char kind = !given ? '-' : given.size() == 0 ? 'i' : given.dtype().kind();
+  if (kind != 'i' && kind != 'u') {
+    throw ConfigError(fmt::format("add_imu: found stamps of {}, expected whole nanoseconds",
+                                  given ? DescribeArray(given) : "no array"));
+  }
+  Stamps stamps_ns = Stamps::ensure(given);
+  // The cast makes negative ones of those that are too large.
+  const auto is_negative = [](int64_t stamp_ns) { return stamp_ns < 0; };
+  if (kind == 'u' &&
+      std::any_of(stamps_ns.data(), stamps_ns.data() + stamps_ns.size(), is_negative)) {
+    throw ConfigError("add_imu: found stamps of 2^63 or more, expected nanoseconds that fit int64");
+  }
+  return stamps_ns;
 }
 
 class LiveOdometry {
@@ -49,17 +77,11 @@ class LiveOdometry {
 
  public:
   LiveOdometry(const Rig& rig, const OdometryOptions& options, int threads)
-      : method_(MethodName(options.method)), odometry_(rig, options, threads) {}
+      : rig_(rig), method_(MethodName(options.method)), odometry_(rig, options, threads) {}
 
   // One sample, or n.
   void AddImu(const py::object& stamps, const Vectors& gyro, const Vectors& accel) {
-    const py::array given = py::array::ensure(stamps);
-    const char kind = !given ? '-' : given.size() == 0 ? 'i' : given.dtype().kind();
-    if (kind != 'i' && kind != 'u') {
-      throw ConfigError(fmt::format("add_imu: found stamps of {}, expected whole nanoseconds",
-                                    given ? DescribeArray(given) : "no array"));
-    }
-    const Stamps stamps_ns = Stamps::ensure(given);
+    const Stamps stamps_ns = ToStamps(stamps);
     const py::ssize_t count = stamps_ns.size();
     if (stamps_ns.ndim() > 1 || gyro.size() != 3 * count || accel.size() != 3 * count) {
       throw ConfigError(fmt::format(
@@ -79,8 +101,10 @@ class LiveOdometry {
   std::optional<OnlineState> AddStereo(int64_t stamp_ns, const py::object& left,
                                        const py::object& right,
                                        const std::vector<py::object>& others) {
-    StereoImage image{stamp_ns, ToMat("left", left), ToMat("right", right)};
-    for (const py::object& other : others) image.others.push_back(ToMat("others", other));
+    StereoImage image{stamp_ns, ToMat("left", rig_, 0, left), ToMat("right", rig_, 1, right)};
+    for (const py::object& other : others) {
+      image.others.push_back(ToMat("others", rig_, 2 + image.others.size(), other));
+    }
     return Take(Alone([&] { return odometry_.AddStereo(image); }));
   }
 
@@ -102,7 +126,8 @@ class LiveOdometry {
     return states.back();
   }
 
-  std::string method_;
+  const Rig rig_;
+  const std::string method_;
   std::mutex mutex_;
   Odometry odometry_;
   std::vector<OnlineState> states_;
@@ -112,10 +137,15 @@ std::unique_ptr<LiveOdometry> MakeOdometry(const Rig& rig, const std::string& me
                                            const std::optional<std::filesystem::path>& config,
                                            int threads) {
   OdometryOptions options;
-  if (config) options = OdometryOptions::FromYaml(config->string());
+  if (config) {
+    options = OdometryOptions::FromYaml(config->string());
+    VerdictOptions::FromYaml(config->string());  // these are checked alone, as `run` does
+    MappingOptions::FromYaml(config->string());
+  }
   if (!method.empty()) options.method = MethodFromName(method);
   options.Check();
-  if (threads < 1) throw ConfigError(fmt::format("threads: found {}, expected 1 or 2", threads));
+  if (threads < 1 || threads > 2)
+    throw ConfigError(fmt::format("threads: found {}, expected 1 or 2", threads));
   return std::make_unique<LiveOdometry>(rig, options, threads);
 }
 

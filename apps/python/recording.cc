@@ -85,9 +85,11 @@ class Recording {
 
   Sample Get(py::ssize_t index) {
     const auto count = static_cast<py::ssize_t>(info().pair_stamps_ns.size());
-    if (index < 0) index += count;
-    if (index < 0 || index >= count) throw py::index_error();
-    const auto pair = static_cast<size_t>(index);
+    if (index < -count || index >= count) {
+      throw py::index_error(
+          fmt::format("found index {}, expected one of {} samples", index, count));
+    }
+    const auto pair = static_cast<size_t>(index < 0 ? index + count : index);
     ImageRead left = Read(pair, 0);
     if (left.problem) {
       throw DataError(fmt::format("{}: found {}, expected an image",
@@ -102,6 +104,15 @@ class Recording {
       });
     }
     return {info().pair_stamps_ns[pair], left.image, decode};
+  }
+
+  std::vector<Sample> Slice(const py::slice& slice) {
+    py::ssize_t from = 0, until = 0, step = 0, count = 0;
+    const auto all = static_cast<py::ssize_t>(info().pair_stamps_ns.size());
+    if (!slice.compute(all, &from, &until, &step, &count)) throw py::error_already_set();
+    std::vector<Sample> samples;
+    for (py::ssize_t i = 0; i < count; ++i) samples.push_back(Get(from + i * step));
+    return samples;
   }
 
   Trajectory Truth() {
@@ -241,6 +252,7 @@ void AddRecording(py::module_& module) {
       .def("_arguments", &Arguments)
       .def("__len__", [](const Recording& r) { return r.info().pair_stamps_ns.size(); })
       .def("__getitem__", &Recording::Get, py::arg("index"))
+      .def("__getitem__", &Recording::Slice, py::arg("index"))
       .def("__iter__", &Recording::Begin)
       .def("__repr__", &Describe);
   module.def("open", &OpenRecording, py::arg("path"), py::arg("calibration") = py::none(),

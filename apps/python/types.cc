@@ -1,9 +1,9 @@
 // Calibrated rigs and trajectories.
 #include <pybind11/stl/filesystem.h>
 #include <spdlog/fmt/fmt.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -11,6 +11,7 @@
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/python/arrays.h"
 #include "data/calibration/calibration.h"
+#include "data/calibration/calibration_keys.h"
 #include "data/calibration/camera_words.h"
 #include "data/core/error.h"
 #include "data/core/rigid_transform.h"
@@ -115,18 +116,19 @@ constexpr NoiseMember kNoise[] = {{"gyro_noise_rad_s_sqrthz", &ImuNoise::gyro_no
                                   {"accel_walk_m_s3_sqrthz", &ImuNoise::accel_walk_m_s3_sqrthz},
                                   {"rate_hz", &ImuNoise::rate_hz}};
 
+// Read as a calibration is, within its ranges.
 ImuNoise MakeNoise(const py::dict& numbers) {
   ImuNoise noise;
+  YAML::Node node(YAML::NodeType::Map);
+  for (const auto& [name, member] : kNoise) node[name] = noise.*member;
   for (const auto& [key, value] : numbers) {
-    const std::string name = py::str(key);
-    const auto* member =
-        std::ranges::find(kNoise, name, [](const NoiseMember& m) { return std::string(m.first); });
-    if (member == std::end(kNoise)) {
-      throw ConfigError(
-          fmt::format("imu_noise: found key '{}', expected those of Rig.imu_noise", name));
-    }
-    noise.*member->second = value.cast<double>();
+    node[py::str(key).cast<std::string>()] = value.cast<double>();
   }
+  YamlSection section(node, "imu_noise");
+  ReadNoise(section,
+            {kNoise[0].first, kNoise[1].first, kNoise[2].first, kNoise[3].first, kNoise[4].first},
+            &noise);
+  section.Finish();
   return noise;
 }
 
@@ -142,6 +144,11 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
     throw ConfigError(fmt::format("Rig: found {} values of readout_s, expected one a camera: {}",
                                   readout_s.size(), cameras.size()));
   }
+  if (!(std::abs(right_time_offset_s) <= kMaxRightOffset_s)) {
+    throw ConfigError(
+        fmt::format("Rig: right_time_offset_s: found {} s, expected at most {} s either way",
+                    right_time_offset_s, kMaxRightOffset_s));
+  }
   Rig rig;
   rig.Resize(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
@@ -152,7 +159,12 @@ Rig MakeRig(const std::vector<Camera>& cameras, const Matrices& T_imu_camera,
   rig.camera_time_offset_s = camera_time_offset_s;
   rig.imu_noise = MakeNoise(imu_noise);
   rig.right_time_offset_s = right_time_offset_s;
-  std::ranges::copy(readout_s, rig.readout_s.begin());
+  for (size_t i = 0; i < readout_s.size(); ++i) {
+    YAML::Node node(YAML::NodeType::Map);
+    node[kReadoutKey] = readout_s[i];
+    YamlSection camera(node, fmt::format("Rig: camera {}", i));
+    rig.readout_s[i] = ReadReadout(camera);
+  }
   CheckRig(rig, "Rig");
   return rig;
 }

@@ -92,8 +92,11 @@ class RecordingTest(unittest.TestCase):
             for image, other in ((left, passes[0][i][1]), (left, RECORDING[i].left),
                                  (right, RECORDING[i].right)):
                 np.testing.assert_array_equal(image, other)
-        with self.assertRaises(IndexError):
-            RECORDING[len(RECORDING)]
+        for index in (len(RECORDING), -len(RECORDING) - 1):
+            with self.assertRaisesRegex(IndexError, f"found index {index}, expected"):
+                RECORDING[index]
+        for part in (slice(2, 5), slice(-1, None, -20), slice(7, 2)):
+            self.assertEqual([s.stamp_ns for s in RECORDING[part]], RECORDING.stamps_ns[part].tolist())
 
     def test_arrays_keep_what_they_look_at(self):
         left = next(iter(slcmap.open(FOLDER / "seq"))).left
@@ -116,6 +119,16 @@ class RecordingTest(unittest.TestCase):
         np.testing.assert_allclose(same.T_world_imu, truth.T_world_imu, atol=1e-12)
         np.testing.assert_allclose(truth.at(int(truth.stamps_ns[5])), truth.T_world_imu[5])
         self.assertIsNone(truth.at(0))
+
+    def test_rigs_are_within_the_ranges_of_calibrations(self):
+        rig = make_rig()
+        for numbers in ({"imu_noise": {"gyro_noise_rad_s_sqrthz": float("nan")}},
+                        {"imu_noise": {"rate_hz": -1}}, {"imu_noise": {"accel_walk_m_s3_sqrthz": 0}},
+                        {"imu_noise": {"rate": 200}}, {"right_time_offset_s": 5}, {"readout_s": [0, 5]}):
+            with self.assertRaisesRegex(ValueError, list(numbers)[0]):
+                slcmap.Rig(rig.cameras, rig.T_imu_camera, **numbers)
+        rates = slcmap.Rig(rig.cameras, rig.T_imu_camera, imu_noise={**rig.imu_noise, "rate_hz": 400}).imu_noise
+        self.assertEqual(rates, {**rig.imu_noise, "rate_hz": 400})
 
 
 class OdometryTest(unittest.TestCase):
@@ -160,11 +173,37 @@ class OdometryTest(unittest.TestCase):
     def test_wrong_arrays_are_refused(self):
         with self.assertRaisesRegex(slcmap.ConfigError, "left: found float64 of shape"):
             self.live.add_stereo(0, np.zeros((240, 376)), None)
+        right = np.zeros((240, 376), np.uint8)
+        for left in (None, right[:, 1:], right[:0], right[None]):
+            with self.assertRaisesRegex(slcmap.ConfigError, r"left: found .*expected uint8 .*\(240, 376\)"):
+                self.live.add_stereo(0, left, right)
+        with self.assertRaisesRegex(slcmap.ConfigError, "others: found an image of camera 2"):
+            self.live.add_stereo(0, right, right, [right])
         with self.assertRaisesRegex(slcmap.ConfigError, "add_imu: found 2 stamps"):
             self.live.add_imu(np.arange(2), np.zeros((3, 3)), np.zeros((2, 3)))
         for seconds in (1600000000.5, np.array([0.1, 0.2])):
             with self.assertRaisesRegex(slcmap.ConfigError, "expected whole nanoseconds"):
                 self.live.add_imu(seconds, np.zeros(3), np.zeros(3))
+        with self.assertRaisesRegex(slcmap.ConfigError, "expected nanoseconds that fit int64"):
+            self.live.add_imu(np.array([2**63], np.uint64), np.zeros(3), np.zeros(3))
+
+    def test_stamps_are_of_any_type_of_whole_numbers(self):
+        live = slcmap.Odometry(RECORDING.rig)
+        for stamps in (np.arange(2, dtype=np.uint64), np.arange(2, 4, dtype=np.int16),
+                       np.arange(4, 6, dtype=">u4"), [6, 7]):
+            live.add_imu(stamps, np.zeros((2, 3)), np.zeros((2, 3)))
+        self.assertEqual(live.warnings, {})
+
+    def test_options_count_as_those_of_a_run(self):
+        self.assertEqual(slcmap.Odometry(RECORDING.rig).method, "slc")
+        options = {"method": "points", "points": {"max_points": np.int64(90)}}
+        self.assertEqual(slcmap.Odometry(RECORDING.rig, options=options).method, "points")
+        self.assertEqual(slcmap.Odometry(RECORDING.rig, "structural", options).method, "structural")
+        for wrong in ({"mapping": {"foo": {}}}, {"verdict": {"foo": 1}}, {"points": {"max_points": self}}):
+            with self.assertRaisesRegex(slcmap.ConfigError, "options: .*(foo|found)"):
+                slcmap.Odometry(RECORDING.rig, options=wrong)
+        with self.assertRaisesRegex(slcmap.ConfigError, "threads: found 1000, expected 1 or 2"):
+            slcmap.Odometry(RECORDING.rig, threads=1000)
 
 
 class CommandTest(unittest.TestCase):
@@ -221,6 +260,8 @@ class CommandTest(unittest.TestCase):
                      lambda options: slcmap.Odometry(RECORDING.rig, options=options)):
             with self.assertRaisesRegex(slcmap.ConfigError, r"options: .*max_pionts"):
                 call({"points": {"max_pionts": 3}})
+        with self.assertRaisesRegex(slcmap.DataError, "^(truth|estimate)"):
+            slcmap.evaluate(RECORDING.truth, slcmap.Trajectory([1, 2], np.zeros((2, 3)), [[1, 0, 0, 0]] * 2))
         with self.assertRaisesRegex(slcmap.ConfigError, "did you mean '--duration'"):
             slcmap.odometry(RECORDING, FOLDER / "none", duratoin=3)
         (FOLDER / "file").touch()

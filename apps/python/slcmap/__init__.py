@@ -40,19 +40,33 @@ Progress = Optional[Callable[[str, float], object]]
 
 
 @contextlib.contextmanager
+def _folder() -> Iterator[str]:
+    """A folder of files that stand for arguments: errors call these by their names alone."""
+    with tempfile.TemporaryDirectory(prefix="slcmap-") as folder:
+        try:
+            yield folder
+        except (ConfigError, DataError) as error:
+            raise type(error)(str(error).replace(folder + os.sep, "")) from None
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of numpy, which json does not know."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise ConfigError(f"options: found {value!r}, expected dicts, lists, texts and numbers")
+
+
+@contextlib.contextmanager
 def _config(options: Options) -> Iterator[Optional[str]]:
-    """The path of a YAML file that holds the options; errors call it `options`."""
+    """The path of a YAML file that holds the options."""
     if not isinstance(options, Mapping):
         yield None if options is None else os.fspath(options)
         return
-    with tempfile.TemporaryDirectory(prefix="slcmap-") as folder:
-        path = os.path.join(folder, "options.yaml")
+    with _folder() as folder:
+        path = os.path.join(folder, "options")
         with contextlib.closing(os.fdopen(os.open(path, os.O_CREAT | os.O_WRONLY, 0o600), "w")) as file:
-            json.dump(options, file)  # which is YAML, too
-        try:
-            yield path
-        except ConfigError as error:
-            raise ConfigError(str(error).replace(path, "options")) from None
+            json.dump(options, file, default=_plain)  # which is YAML, too
+        yield path
 
 
 def _words(arguments: Mapping[str, Any]) -> list[str]:
@@ -171,7 +185,7 @@ def simulate(scene: Path, out: Path, *, progress: Progress = None, **arguments: 
 def evaluate(truth: Union[Path, Trajectory], estimate: Union[Path, Trajectory], *,
              progress: Progress = None, **arguments: Any) -> dict[str, Any]:
     """`slcmap evaluate`: the figures of its JSON file. Trajectories, or files of them."""
-    with tempfile.TemporaryDirectory(prefix="slcmap-") as folder:
+    with _folder() as folder:
         paths = []
         for name, poses in (("truth", truth), ("estimate", estimate)):
             paths.append(os.path.join(folder, name) if isinstance(poses, Trajectory) else os.fspath(poses))
@@ -200,10 +214,12 @@ class Odometry(OdometryBase):
     """Odometry that is fed live, without files.
 
     rig: a Rig, of a recording or made by hand. options: as of `run`; its sections of odometry.
+    method: as of `run`; None takes that of the options, or slc.
     threads: with 2, a keyframe's state comes with the next image, and the numbers are the same.
     Throws ConfigError or DataError where options or rig are not plausible.
     """
 
-    def __init__(self, rig: Rig, method: str = "slc", options: Options = None, threads: int = 1) -> None:
+    def __init__(self, rig: Rig, method: Optional[str] = None, options: Options = None,
+                 threads: int = 1) -> None:
         with _config(options) as path:
-            super().__init__(rig, method, path, threads)
+            super().__init__(rig, method or "", path, threads)
