@@ -16,6 +16,7 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
+#include "data/io/json.h"
 #include "data/io/yaml.h"
 #include "data/source/sequence.h"
 #include "mapping/control/control.h"
@@ -51,20 +52,37 @@ std::string FullPath(const fs::path& folder, const std::string& path) {
   return path.empty() ? "" : fs::weakly_canonical(folder / path).string();
 }
 
+constexpr std::size_t kLongestName = 80;
+
 bool IsNameLetter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
 }
 
-// Names become folders, and words of commands.
+bool IsFolderName(const std::string& name) {
+  return !name.empty() && std::ranges::all_of(name, IsNameLetter) && name.front() != '.' &&
+         name.front() != '-';
+}
+
+// Names of recordings become folders, and words of commands.
 void CheckName(const std::string& key, const std::string& name, Faults* faults) {
-  constexpr std::size_t kLongest = 80;
-  if (!name.empty() && name.size() <= kLongest && std::ranges::all_of(name, IsNameLetter) &&
-      name.front() != '.' && name.front() != '-') {
-    return;
+  if (name.size() <= kLongestName && IsFolderName(name)) return;
+  faults->Add(
+      fmt::format("{}: found '{}', expected up to {} of a-z, A-Z, 0-9, '_', '.' and '-', the last "
+                  "two not first",
+                  key, name, kLongestName));
+}
+
+// Those of buildings and storeys are for people.
+void CheckTitle(const std::string& key, const std::string& name, Faults* faults) {
+  const bool is_line = std::ranges::none_of(
+      name, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
+  try {
+    Json(name).dump();  // refuses what is no UTF-8
+    if (is_line && !name.empty() && name.size() <= kLongestName) return;
+  } catch (const Json::exception&) {
   }
-  faults->Add(fmt::format(
-      "{}: found '{}', expected up to {} letters, digits, '.', '_' or '-', none of the last first",
-      key, name, kLongest));
+  faults->Add(fmt::format("{}: found '{}', expected a line of UTF-8, of up to {} bytes", key, name,
+                          kLongestName));
 }
 
 // Whether a text is a day that there is, YYYY-MM-DD.
@@ -88,9 +106,10 @@ void CheckDate(const std::string& place, const std::string& date, Faults* faults
   faults->Add(fmt::format("{}.date: found '{}', expected YYYY-MM-DD", place, date));
 }
 
-// The folder's name, or that of the one above mav0, in letters of names.
+// The folder's name, or that of the one above mav0, in letters of names. A link counts by its own.
 std::string NameOfFolder(const std::string& path) {
-  const fs::path folder(path);
+  fs::path folder = fs::path(path).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
   std::string name =
       (folder.filename() == "mav0" ? folder.parent_path() : folder).filename().string();
   for (char& c : name) {
@@ -153,13 +172,13 @@ void AddRecordings(const std::string& place, const SiteRecording& entry, const f
                     "names are taken",
                     place, entry.name, paths.size()));
   }
-  CheckName(place + ".building", entry.building, faults);
-  if (!entry.storey.empty()) CheckName(place + ".storey", entry.storey, faults);
+  CheckTitle(place + ".building", entry.building, faults);
+  if (!entry.storey.empty()) CheckTitle(place + ".storey", entry.storey, faults);
   CheckDate(place, entry.date, faults);
   for (const std::string& path : paths) {
     SiteRecording recording = entry;
     recording.path = FullPath(folder, path);
-    if (recording.name.empty()) recording.name = NameOfFolder(recording.path);
+    if (recording.name.empty()) recording.name = NameOfFolder(path);
     CheckName(place + ".name", recording.name, faults);
     site->recordings.push_back(recording);
   }
@@ -303,6 +322,18 @@ void CheckPlans(const Site& site, Faults* faults) {
 }
 
 }  // namespace
+
+std::string FolderName(const std::string& name) {
+  constexpr std::size_t kEnough = 6;
+  if (name.empty() || IsFolderName(name)) return name;
+  std::string folder;
+  for (const char c : name) {
+    const bool is_within_letter = (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;  // of UTF-8
+    if (!is_within_letter) folder += IsNameLetter(c) ? c : '_';
+  }
+  if (folder.front() == '.' || folder.front() == '-') folder.front() = '_';
+  return folder + "-" + Checksum(name).substr(0, kEnough);  // others may look the same now
+}
 
 const SiteControl* FindControl(const Site& site, const std::string& building) {
   const auto found = std::ranges::find(site.control, building, &SiteControl::building);

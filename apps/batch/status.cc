@@ -28,11 +28,27 @@ bool IsRunning(const std::string& folder) {
   return std::filesystem::is_directory(folder, error) && !FolderTurn(folder).Take();
 }
 
+std::vector<std::string> FindPagesAndLogs(const std::string& folder, const std::string& job) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator it(folder + "/" + job, error), end; !error && it != end;
+       it.increment(error)) {
+    const fs::path name = it->path().filename();
+    if (name.extension() == ".html" || name.extension() == ".log") files.push_back(job / name);
+  }
+  std::ranges::sort(files);
+  const std::string log = fmt::format("workflow/log/{}.log", job);
+  if (fs::exists(folder + "/" + log, error)) files.push_back(log);
+  return files;
+}
+
 void ReadJobStatus(const std::string& folder, const Workflow& workflow, const Job& job,
                    JobStatus* status) {
   const std::string own = folder + "/" + job.name;
   status->name = job.name;
   status->state = kWaiting;
+  status->files = FindPagesAndLogs(folder, job.name);
   const auto result = ReadJobResult(own);
   const bool has_ended = result && result->state != JobState::kBegun &&
                          result->key == ComputeJobKey(folder, workflow, job);
@@ -70,40 +86,89 @@ std::string Remark(const JobStatus& job) {
   return text;
 }
 
-template <std::size_t N>
-std::string HtmlRow(const std::string& kind, const std::array<std::string, N>& cells) {
-  std::string html = fmt::format("<tr class=\"{}\">", kind);
-  for (const std::string& cell : cells) html += "<td>" + EscapeMarkup(cell) + "</td>";
-  return html + "</tr>\n";
+std::string HtmlCells(std::initializer_list<std::string> cells, const char* tag = "td") {
+  std::string html;
+  for (const std::string& cell : cells) {
+    html += fmt::format("<{}>{}</{}>", tag, EscapeMarkup(cell), tag);
+  }
+  return html;
 }
 
-std::string ChangesTable(const SiteStatus& status) {
-  std::string rows;
+// From the site's folder, where the page is. Names in it are of letters that links may have.
+std::string Link(const std::string& path, const std::string& text) {
+  return fmt::format("<a href=\"{}\">{}</a>", path, EscapeMarkup(text));
+}
+
+std::string LinkedFiles(const JobStatus& job) {
+  std::string html = "<td>";
+  for (const std::string& file : job.files) {
+    html += Link(file, std::filesystem::path(file).filename().string()) + "<br>";
+  }
+  return html + "</td>";
+}
+
+using ChangeRow = std::array<std::string, 7>;
+
+// Behind a row of heads; none where there are no changes.
+std::vector<ChangeRow> ChangeRows(const SiteStatus& status) {
+  std::vector<ChangeRow> rows = {
+      {"what", "", "after", "by", "middle [m]", "size [m]", "coordinates of"}};
   for (const JobStatus& job : status.others) {
     for (const Json& change : job.result.changes) {
       const auto lengths = [&](const char* key, const char* between) {
         const auto axes = change.at(key).get<std::array<double, 3>>();
         return fmt::format("{:.2f}{}{:.2f}{}{:.2f}", axes[0], between, axes[1], between, axes[2]);
       };
-      rows += HtmlRow<7>("", {change.at("what"), change.at("is_new") ? "new" : "gone",
-                              change.at("after"), change.at("by"), lengths("middle_m", ", "),
-                              lengths("size_m", " x "), change.at("world_of")});
+      std::string system = "the world of " + change.at("world_of").get<std::string>();
+      if (change.contains("crs")) system = change.at("crs");
+      if (system.empty()) system = "the control points";
+      rows.push_back({change.at("what"), change.at("is_new") ? "new" : "gone", change.at("after"),
+                      change.at("by"), lengths("middle_m", ", "), lengths("size_m", " x "),
+                      system});
     }
   }
-  if (rows.empty()) return "";
-  return "<h2>Changes</h2>\n<table><tr><th>what<th><th>after<th>by<th>middle [m]<th>size [m]"
-         "<th>in the world of</tr>\n" +
-         rows + "</table>\n";
+  if (rows.size() == 1) rows.clear();
+  return rows;
+}
+
+std::string ChangesTable(const SiteStatus& status) {
+  std::string html;
+  for (const auto& [what, is_new, after, by, middle, size, system] : ChangeRows(status)) {
+    const char* tag = html.empty() ? "th" : "td";
+    html += "<tr>" + HtmlCells({what, is_new, after, by, middle, size, system}, tag) + "</tr>\n";
+  }
+  return html.empty() ? "" : "<h2>Changes</h2>\n<table>" + html + "</table>\n";
 }
 
 std::string Length(const RecordingStatus& recording) {
   return recording.result.length_m > 0 ? fmt::format("{:.1f}", recording.result.length_m) : "";
 }
 
+// Of several maps also whose it is, and how it lies on control points.
+std::string DescribeMap(const JobStatus& job, const JobMap& map) {
+  std::vector<std::string> words;
+  if (job.result.maps.size() > 1) {
+    words.push_back(fmt::format("of {}", fmt::join(map.recordings, ", ")));
+  }
+  if (map.points_given > 0) {
+    words.push_back(fmt::format("on {} of {} control points, {:.1f} mm RMS", map.points_used,
+                                map.points_given, map.rms_mm));
+  }
+  return words.empty() ? "" : fmt::format(" ({})", fmt::join(words, "; "));
+}
+
 std::string PathsOfMaps(const JobStatus& job) {
   std::vector<std::string> paths;
-  for (const JobMap& map : job.result.maps) paths.push_back(map.path);
+  for (const JobMap& map : job.result.maps) paths.push_back(map.path + DescribeMap(job, map));
   return fmt::format("{}", fmt::join(paths, ", "));
+}
+
+std::string LinkedMaps(const JobStatus& job) {
+  std::string html = "<td>";
+  for (const JobMap& map : job.result.maps) {
+    html += Link(map.path, map.path) + EscapeMarkup(DescribeMap(job, map)) + "<br>";
+  }
+  return html + "</td>";
 }
 
 // Columns as wide as their widest cell; the last one as it is.
@@ -177,7 +242,9 @@ std::string StatusTable(const SiteStatus& status) {
   for (const JobStatus& job : status.others) {
     others.push_back({job.name, job.state, PathsOfMaps(job), Remark(job)});
   }
-  return AlignColumns(rows) + (status.others.empty() ? "" : "\n" + AlignColumns(others));
+  const std::vector<ChangeRow> changes = ChangeRows(status);
+  return AlignColumns(rows) + (status.others.empty() ? "" : "\n" + AlignColumns(others)) +
+         (changes.empty() ? "" : "\nchanges\n" + AlignColumns(changes));
 }
 
 std::string StatusJson(const SiteStatus& status) {
@@ -202,20 +269,23 @@ std::string StatusPage(const SiteStatus& status) {
   std::string html = fmt::format(
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Site</title><style>{}"
       "</style>\n<h1>Site</h1>\n<table><tr><th>recording<th>building<th>storey<th>date<th>state"
-      "<th>verdict<th>length [m]<th>map<th>reason</tr>\n",
+      "<th>verdict<th>length [m]<th>map<th>reason<th>logs</tr>\n",
       kStatusStyle);
   for (const RecordingStatus& row : status.recordings) {
     const std::string& kind =
         row.state == JobStateName(JobState::kDone) ? row.result.verdict : row.state;
     const SiteRecording& of = row.recording;
-    html += HtmlRow<9>(kind, {of.name, of.building, of.storey, of.date, row.state,
-                              row.result.verdict, Length(row), row.map, Remark(row)});
+    html += fmt::format("<tr class=\"{}\">", kind) +
+            HtmlCells({of.name, of.building, of.storey, of.date, row.state, row.result.verdict,
+                       Length(row), row.map, Remark(row)}) +
+            LinkedFiles(row) + "</tr>\n";
   }
   html +=
       "</table>\n<h2>Merges and exports</h2>\n<table><tr><th>job<th>state<th>made<th>reason"
-      "</tr>\n";
+      "<th>pages and logs</tr>\n";
   for (const JobStatus& job : status.others) {
-    html += HtmlRow<4>(job.state, {job.name, job.state, PathsOfMaps(job), Remark(job)});
+    html += fmt::format("<tr class=\"{}\">", job.state) + HtmlCells({job.name, job.state}) +
+            LinkedMaps(job) + HtmlCells({Remark(job)}) + LinkedFiles(job) + "</tr>\n";
   }
   return html + "</table>\n" + ChangesTable(status) + "</html>\n";
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <set>
 
 #include "data/io/json.h"
 #include "data/source/sequence_options_json.h"
@@ -33,6 +32,7 @@ void CheckChange(const Json& change) {
   for (const char* key : {"what", "after", "by", "world_of"}) change.at(key).get<std::string>();
   for (const char* key : {"middle_m", "size_m"}) change.at(key).get<std::array<double, 3>>();
   change.at("is_new").get<bool>();
+  change.value("crs", std::string());
 }
 
 JobResult ParseResult(const std::string& path, const Json& json) {
@@ -45,7 +45,9 @@ JobResult ParseResult(const std::string& path, const Json& json) {
   result.verdict = json.at("verdict");
   result.length_m = json.at("length_m");
   for (const Json& map : json.at("maps")) {
-    result.maps.push_back({map.at("path"), map.at("recordings").get<std::vector<std::string>>()});
+    result.maps.push_back({map.at("path"), map.at("recordings").get<std::vector<std::string>>(),
+                           map.value("points_used", 0), map.value("points_given", 0),
+                           map.value("rms_mm", 0.0)});
   }
   for (const Json& pair : json.at("apart")) {
     result.apart.push_back({pair.at("first"), pair.at("second"), pair.at("reason")});
@@ -82,6 +84,10 @@ Json ResultJson(const JobResult& result) {
                {"changes", result.changes}};
   for (const JobMap& map : result.maps) {
     json["maps"].push_back({{"path", map.path}, {"recordings", map.recordings}});
+    if (map.points_given == 0) continue;
+    json["maps"].back().update({{"points_used", map.points_used},
+                                {"points_given", map.points_given},
+                                {"rms_mm", RoundedForJson(map.rms_mm)}});
   }
   for (const MapsApart& pair : result.apart) {
     json["apart"].push_back(
@@ -133,7 +139,7 @@ std::string AddMerges(const std::string& node, std::vector<std::string> inputs,
 }
 
 std::string NodeName(const std::string& building, const std::string& storey) {
-  return storey.empty() ? building : building + "+" + storey;
+  return storey.empty() ? FolderName(building) : FolderName(building) + "+" + FolderName(storey);
 }
 
 // The recordings of a storey, in the site's order.
@@ -166,15 +172,10 @@ std::optional<SitePlan> FindPlan(const Site& site, const std::string& building,
   return std::nullopt;
 }
 
-void AddExport(const Site& site, const std::string& node, const std::string& after,
-               const std::optional<SitePlan>& plan, std::vector<Job>* jobs) {
-  if (site.exports.empty() && !plan && !FindControl(site, node)) return;
-  jobs->push_back({JobName(kExportJobs, node), {after}, "", plan});
-}
-
 void AddBuilding(const Site& site, const std::string& building, std::vector<Job>* jobs) {
   const std::vector<StoreyJobs> storeys = ListStoreys(site, building);
-  Job places{JobName(kPlaceJobs, building), {}, "", {}};
+  const std::string node = NodeName(building, "");
+  Job places{JobName(kPlaceJobs, node), {}, "", {}};
   for (const SiteRecording& recording : site.recordings) {
     if (recording.building == building) {
       places.after.push_back(JobName(kRecordingJobs, recording.name));
@@ -190,13 +191,15 @@ void AddBuilding(const Site& site, const std::string& building, std::vector<Job>
     merged.push_back(AddMerges(NodeName(building, storey.storey), storey.jobs, places.name, jobs));
     const auto plan = FindPlan(site, building, storey.storey);
     if (plan && storeys.size() > 1) {
-      AddExport(site, NodeName(building, storey.storey), merged.back(), plan, jobs);
+      jobs->push_back(
+          {JobName(kExportJobs, NodeName(building, storey.storey)), {merged.back()}, "", plan});
     }
   }
   auto plan = FindPlan(site, building, "");
   if (!plan && storeys.size() == 1) plan = FindPlan(site, building, storeys.front().storey);
-  const std::string all = AddMerges(building, merged, places.name, jobs);
-  AddExport(site, building, all, plan, jobs);
+  const std::string all = AddMerges(node, merged, places.name, jobs);
+  if (site.exports.empty() && !plan && !FindControl(site, building)) return;
+  jobs->push_back({JobName(kExportJobs, node), {all}, "", plan});
 }
 
 Json RecordingJson(const SiteRecording& recording) {

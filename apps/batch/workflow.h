@@ -12,12 +12,12 @@
 namespace slcmap::inline batch {
 
 struct SiteRecording {
-  std::string name;        // of its folder: letters, digits, '.', '_' and '-'
+  std::string name;        // of its folder: a-z, A-Z, digits, '.', '_' and '-'
   std::string path;        // in full: an EuRoC (ASL) or TUM VI folder, or a bag
   SequenceOptions opened;  // calibration (paths in full), cameras and topics
-  std::string building;
-  std::string storey;  // "": not said, as of a walk through several
-  std::string date;    // YYYY-MM-DD; "": not said
+  std::string building;    // any text, as of the storey
+  std::string storey;      // "": not said, as of a walk through several
+  std::string date;        // YYYY-MM-DD; "": not said
 };
 
 // An image of a storey's plan, or of a building's of one storey.
@@ -72,6 +72,10 @@ std::string JobStateName(JobState state);
 struct JobMap {
   std::string path;
   std::vector<std::string> recordings;
+  // Of the control points that were given, those that place it, and how far they are off; none
+  // given: it was not placed on such.
+  int points_used = 0, points_given = 0;
+  double rms_mm = 0;
 };
 
 // Two maps that were not merged, by their paths.
@@ -88,8 +92,9 @@ struct JobResult {
   std::vector<JobMap> maps;    // the first has the world of the job's first recording
   std::vector<MapsApart> apart;
   // Of maps that were placed, what later walks found otherwise than earlier ones, by date: `what`
-  // (wall or thing), `is_new` (else it is gone), `after` and `by` (dates), `middle_m` and `size_m`
-  // in the world of the map of `world_of`, `area_m2`.
+  // (wall or thing), `is_new` (else it is gone), `after` and `by` (dates), `area_m2`, `size_m`
+  // along the axes of the map of `world_of`, and `middle_m` in its world, or with `crs` in that
+  // system ("" of a grid without a name).
   Json changes = Json::array();
 };
 
@@ -129,6 +134,10 @@ struct Workflow {
   const SiteRecording& FindRecording(const std::string& name) const;
 };
 
+// What stands for a building or storey in names of jobs: its name where that is of letters that
+// those have.
+std::string FolderName(const std::string& name);
+
 bool IsRecordingJob(const Job& job);
 std::string RecordingName(const Job& job);
 
@@ -166,9 +175,10 @@ std::string MapIdIn(const std::string& folder);
 // How far a site has come, by what its jobs left: for people and for programs.
 
 struct JobStatus {
-  std::string name;   // of the job
-  std::string state;  // waiting, running, done or failed
-  JobResult result;   // of a job that is done or failed
+  std::string name;                // of the job
+  std::string state;               // waiting, running, done or failed
+  JobResult result;                // of a job that is done or failed
+  std::vector<std::string> files;  // its pages and logs, from the site's folder
 };
 
 struct RecordingStatus : JobStatus {

@@ -23,6 +23,7 @@
 #include "data/source/sequence_options_json.h"
 #include "data/version.h"
 #include "export/export.h"
+#include "mapping/map/names.h"
 
 namespace slcmap::inline commands {
 namespace {
@@ -39,6 +40,7 @@ struct BatchArguments {
 
 void CheckSiteOptions(const Site& site) {
   CheckMethod({"", site.method, site.config});
+  if (!site.names.empty()) ReadNames(site.names);
   ExportOptions exporting;
   exporting.formats = site.exports;
   if (std::erase(exporting.formats, kPageFormat) > 0) ReadPageTemplate();
@@ -271,7 +273,13 @@ void RunSite(const BatchArguments& arguments) {
 void RunBatch(const BatchArguments& arguments) {
   if (!arguments.job.empty()) return RunSiteJob(arguments.site, arguments.job, arguments.threads);
   if (!arguments.status) return RunSite(arguments);
-  TellStatus(arguments.site, ReadWorkflow(arguments.site));
+  const std::string& folder = arguments.output.empty() ? arguments.site : arguments.output;
+  if (!Exists(folder + "/" + kWorkflowFile)) {
+    throw ConfigError(fmt::format(
+        "batch --status: found no {} in {}, expected the folder of a site that batch has begun",
+        kWorkflowFile, folder));
+  }
+  TellStatus(folder, ReadWorkflow(folder));
 }
 
 }  // namespace
@@ -281,8 +289,9 @@ void AddBatchCommand(CLI::App& app) {
       app.add_subcommand("batch", "Map many recordings of buildings, merge and export them");
   const auto arguments = std::make_shared<BatchArguments>();
   command
-      ->add_option("site", arguments->site,
-                   "Site file: recordings, options, exports, plans; with --status, a site's folder")
+      ->add_option(
+          "site", arguments->site,
+          "Site file: recordings, options, exports, plans; with --status alone, a site's folder")
       ->type_name("SITE.yaml")
       ->required();
   command->add_option("-o,--output", arguments->output, "Folder of the site")->type_name("SITE");

@@ -20,6 +20,9 @@
 #include "data/io/json.h"
 #include "data/io/output_folder.h"
 #include "data/io/trajectory.h"
+#include "mapping/map/control_fit.h"
+#include "mapping/map/map_folder.h"
+#include "mapping/map/names.h"
 #include "odometry/run/run_folder.h"
 
 namespace slcmap::inline commands {
@@ -135,6 +138,11 @@ std::optional<StepFailure> MakeSiteRun(const SiteJob& job, JobResult* result) {
   return std::nullopt;
 }
 
+void AddReason(const StepFailure& failure, JobResult* result) {
+  result->reason += (result->reason.empty() ? "" : "; ") + failure.reason;
+  result->remedy = failure.remedy;
+}
+
 // A map as a step has put it somewhere, in another folder of the job; where the step fails, the map
 // as it is, and why. Paths are those of the site's folder.
 std::string PutBy(const SiteJob& job, const std::string& step, const std::string& map,
@@ -143,20 +151,31 @@ std::string PutBy(const SiteJob& job, const std::string& step, const std::string
   command.insert(command.end(), {"-o", job.Own(output)});
   const auto failure = RunStep(job, step, command);
   if (!failure) return job.job.name + "/" + output;
-  result->reason += (result->reason.empty() ? "" : "; ") + failure->reason;
-  result->remedy = failure->remedy;
+  std::error_code error;
+  fs::remove_all(job.Own(output), error);  // of before
+  AddReason(*failure, result);
   return map;
 }
 
-std::string PutOnControl(const SiteJob& job, const JobMap& map, const std::string& output,
-                         JobResult* result) {
-  const Site& site = job.workflow.site;
-  const SiteControl* control =
-      FindControl(site, job.workflow.FindRecording(map.recordings.front()).building);
-  if (control == nullptr) return map.path;
+const SiteRecording& FirstRecording(const SiteJob& job, const JobMap& map) {
+  return job.workflow.FindRecording(map.recordings.front());
+}
+
+JobMap PutOnControl(const SiteJob& job, const JobMap& map, const std::string& output,
+                    JobResult* result) {
+  const SiteControl* control = FindControl(job.workflow.site, FirstRecording(job, map).building);
+  if (control == nullptr) return map;
   std::vector<std::string> command = {"georeference", "--control", control->points};
   if (!control->crs.empty()) command.insert(command.end(), {"--crs", control->crs});
-  return PutBy(job, "control-" + output, map.path, output, command, result);
+  JobMap placed = map;
+  placed.path = PutBy(job, "control-" + output, map.path, output, command, result);
+  if (placed.path == map.path) return map;
+  const ControlFit fit = ReadControlFit(job.InSite(placed.path));
+  placed.points_given = static_cast<int>(fit.points.size());
+  placed.points_used = static_cast<int>(
+      std::ranges::count(fit.points, ControlStatus::kUsed, &ControlResidual::status));
+  placed.rms_mm = 1e3 * fit.rms_m;
+  return placed;
 }
 
 // The map of a result that differs by its control points alone.
@@ -183,7 +202,7 @@ JobResult MapRecording(const SiteJob& job) {
   }
   JobMap map = {job.job.name + "/map", {RecordingName(job.job)}};
   JobResult unplaced;  // one walk need not see the points of all
-  map.path = PutOnControl(job, map, "placed", &unplaced);
+  map = PutOnControl(job, map, "placed", &unplaced);
   if (!unplaced.reason.empty())
     spdlog::info("{}: not on control points: {}", job.job.name, unplaced.reason);
   result.maps = {map};
@@ -204,10 +223,42 @@ std::vector<JobMap> GatherMaps(const SiteJob& job) {
 std::vector<MapFolder> FoldersToPlace(const SiteJob& job, const std::vector<JobMap>& maps) {
   std::vector<MapFolder> folders;
   for (const JobMap& map : maps) {
-    const SiteRecording& recording = job.workflow.FindRecording(map.recordings.front());
+    const SiteRecording& recording = FirstRecording(job, map);
     folders.push_back({job.InSite(map.path), recording.name, recording.storey, recording.date});
   }
   return folders;
+}
+
+// Takes a place in the world of a group into the reference system of a map that lies in it, and
+// names that; nothing where none lies in one.
+std::optional<std::string> PutOnEarth(const std::vector<MapFolder>& folders,
+                                      const MapPlacement& placement, std::size_t group,
+                                      Eigen::Vector3d* p_m) {
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    if (placement.maps[i].group != group) continue;
+    const auto georeference = MapSourceIn(folders[i].path).georeference;
+    if (!georeference) continue;
+    *p_m = *georeference * (placement.maps[i].T_group_map.Inverse() * *p_m);
+    return georeference->crs;
+  }
+  return std::nullopt;
+}
+
+Json ChangeJson(const std::vector<MapFolder>& folders, const MapPlacement& placement,
+                const DatedChange& dated) {
+  const MapChange& change = dated.change;
+  Eigen::Vector3d middle_m = 0.5 * (change.least_world + change.most_world);
+  Json json = {{"what", change.is_wall ? "wall" : "thing"},
+               {"is_new", change.is_new},
+               {"after", dated.after},
+               {"by", dated.by},
+               {"world_of", folders[dated.group].name},
+               {"size_m", PointJson(change.most_world - change.least_world)},
+               {"area_m2", RoundedForJson(change.area_m2)}};
+  const auto crs = PutOnEarth(folders, placement, dated.group, &middle_m);
+  if (crs) json["crs"] = *crs;
+  json["middle_m"] = PointJson(middle_m);
+  return json;
 }
 
 // Where the maps of a building's recordings lie to each other, and what changed between them.
@@ -224,16 +275,7 @@ JobResult PlaceRecordings(const SiteJob& job) {
     result.apart.push_back({maps[pair.first].path, maps[pair.second].path, pair.reason});
   }
   for (const DatedChange& dated : placed.changes) {
-    const MapChange& change = dated.change;
-    result.changes.push_back(
-        {{"what", change.is_wall ? "wall" : "thing"},
-         {"is_new", change.is_new},
-         {"after", dated.after},
-         {"by", dated.by},
-         {"world_of", folders[dated.group].name},
-         {"middle_m", PointJson(0.5 * (change.least_world + change.most_world))},
-         {"size_m", PointJson(change.most_world - change.least_world)},
-         {"area_m2", RoundedForJson(change.area_m2)}});
+    result.changes.push_back(ChangeJson(folders, placed.placement, dated));
   }
   return result;
 }
@@ -304,6 +346,11 @@ JobResult MergeMapsOfSite(const SiteJob& job) {
   return result;
 }
 
+// Else of a storey of it.
+bool IsOfBuilding(const SiteJob& job, const SiteRecording& recording) {
+  return job.job.name == std::string(kExportJobs) + "/" + FolderName(recording.building);
+}
+
 std::string LayOnPlan(const SiteJob& job, const std::string& map, int number, JobResult* result) {
   if (!job.job.plan) return map;
   return PutBy(job, fmt::format("register-{}", number), map, fmt::format("map-{}", number),
@@ -312,30 +359,47 @@ std::string LayOnPlan(const SiteJob& job, const std::string& map, int number, Jo
                result);
 }
 
-std::vector<std::string> WithNames(const SiteJob& job, std::vector<std::string> arguments) {
-  const std::string& names = job.workflow.site.names;
-  if (!names.empty()) arguments.insert(arguments.end(), {"--names", names});
-  return arguments;
+// The option of the site's names; none, with a reason, of a map that lies in another system than
+// they do: one of several may not be placed.
+std::vector<std::string> NamesOption(const SiteJob& job, const std::string& map,
+                                     JobResult* result) {
+  const std::string& path = job.workflow.site.names;
+  if (path.empty()) return {};
+  const Names names = ReadNames(path);
+  if (LiesInSystem(names, MapSourceIn(job.InSite(map)))) return {"--names", path};
+  AddReason({fmt::format("exported without names: those of {} are in {}, where {} was not placed",
+                         path, names.crs, map),
+             "control points that place it, or names without crs", 0},
+            result);
+  spdlog::warn("{}: {}", job.job.name, result->reason);
+  return {};
+}
+
+// The building, and the storey that is exported alone.
+std::string TitleOfExport(const SiteJob& job, const SiteRecording& first) {
+  return first.building + (IsOfBuilding(job, first) ? "" : ", " + first.storey);
 }
 
 // Exports one map in all formats, and as a page.
-std::optional<StepFailure> ExportOne(const SiteJob& job, const std::string& map,
-                                     const std::string& output) {
+std::optional<StepFailure> ExportOne(const SiteJob& job, const JobMap& map,
+                                     const std::string& output,
+                                     const std::vector<std::string>& names) {
   std::vector<std::string> formats = job.workflow.site.exports;
   const bool has_page = std::erase(formats, kPageFormat) > 0;
   const std::string name = fs::path(output).filename().string();
+  const auto run = [&](const std::string& step, std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), names.begin(), names.end());
+    return RunStep(job, step + "-" + name, arguments);
+  };
+  const std::string path = job.InSite(map.path), to = job.InSite(output);
+  std::optional<StepFailure> failure;
   if (has_page) {
-    const std::string page = output + ".html";
-    const std::string title = fs::path(job.job.name).filename().string();
-    if (auto failure = RunStep(job, "page-" + name,
-                               WithNames(job, {"view", map, "-o", page, "--title", title}))) {
-      return failure;
-    }
+    failure = run("page", {"view", path, "-o", to + ".html", "--title",
+                           TitleOfExport(job, FirstRecording(job, map))});
   }
-  if (formats.empty()) return std::nullopt;
-  return RunStep(job, "export-" + name,
-                 WithNames(job, {"export", map, "-o", output, "--format",
-                                 fmt::format("{}", fmt::join(formats, ","))}));
+  if (failure || formats.empty()) return failure;
+  return run("export",
+             {"export", path, "-o", to, "--format", fmt::format("{}", fmt::join(formats, ","))});
 }
 
 // Of a map that was apart before. False where there was none.
@@ -350,24 +414,52 @@ bool RemoveExport(const SiteJob& job, int number) {
   return is_there;
 }
 
+// One of the job's maps, laid on plan and control. Its result has the export as its map.
+JobResult ExportMapOfSite(const SiteJob& job, const JobMap& map, int number) {
+  JobResult result;
+  result.state = JobState::kDone;
+  JobMap placed = map;
+  placed.path = LayOnPlan(job, map.path, number, &result);
+  placed = PutOnControl(job, placed, fmt::format("placed-{}", number), &result);
+  const std::string output = fmt::format("{}/{}", job.job.name, number);
+  const std::vector<std::string> names = NamesOption(job, placed.path, &result);
+  if (const auto failure = ExportOne(job, placed, output, names)) {
+    AddReason(*failure, &result);
+    result.state = JobState::kFailed;
+  }
+  std::error_code error;
+  for (const std::string& made : {output + ".html", output}) {
+    if (fs::exists(job.InSite(made), error)) placed.path = made;
+  }
+  result.maps = {placed};
+  return result;
+}
+
+// A storey, or a map among others, may lie where no points are; of a building with control points
+// some map lies on them.
+bool MissesControl(const SiteJob& job, const JobResult& result) {
+  const SiteRecording& first = FirstRecording(job, result.maps.front());
+  return IsOfBuilding(job, first) && FindControl(job.workflow.site, first.building) &&
+         std::ranges::all_of(result.maps, [](const JobMap& map) { return map.points_given == 0; });
+}
+
 JobResult ExportMaps(const SiteJob& job) {
   JobResult result;
   const std::vector<JobMap> maps = GatherMaps(job);
   if (maps.empty()) return FailedResult({"found no map to export", "see the recordings", 0});
+  result.state = JobState::kDone;
   int number = 0;
   for (const JobMap& map : maps) {
-    ++number;
-    const JobMap laid = {LayOnPlan(job, map.path, number, &result), map.recordings};
-    const std::string placed = PutOnControl(job, laid, fmt::format("placed-{}", number), &result);
-    const std::string output = fmt::format("{}/{}", job.job.name, number);
-    if (auto failure = ExportOne(job, job.InSite(placed), job.InSite(output))) {
-      return FailedResult(*failure);
-    }
-    result.maps.push_back({job.job.name, map.recordings});
+    const JobResult one = ExportMapOfSite(job, map, ++number);
+    result.maps.push_back(one.maps.front());
+    if (one.state == JobState::kFailed) result.state = JobState::kFailed;
+    if (one.reason.empty()) continue;
+    const std::string whose = maps.size() > 1 ? map.recordings.front() + ": " : "";
+    AddReason({whose + one.reason, one.remedy, 0}, &result);
   }
   while (RemoveExport(job, ++number)) {
   }
-  result.state = JobState::kDone;
+  if (MissesControl(job, result)) result.state = JobState::kFailed;
   return result;
 }
 

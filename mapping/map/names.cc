@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 
@@ -70,18 +71,21 @@ std::vector<PlaceName> ReadList(YamlSection* root, const char* key, const char* 
   return entries;
 }
 
+std::string SystemName(const MapSource& source) {
+  return source.georeference ? source.georeference->crs : "";
+}
+
 // Where names are in the world of a map, and which of its parts are there.
 class NamedPlaces {
  public:
   NamedPlaces(const Names& names, MapResult* map) : building_(map->building) {
-    const std::optional<Georeference>& lies = map->source.georeference;
-    const std::string found = lies ? lies->crs : "";
-    if (!names.crs.empty() && names.crs != found) {
+    const std::string found = SystemName(map->source);
+    if (!LiesInSystem(names, map->source)) {
       throw ConfigError(fmt::format(
           "crs: found {}, expected {}", names.crs,
           found.empty() ? "none: the map was not placed in a reference system" : found));
     }
-    if (names.of_world || names.crs != found) return;
+    if (names.of_world || (names.crs.empty() && !found.empty())) return;
     const std::array<Vector3d, 4> frame = FrameOfNames(map->source);
     origin_ = frame[3];
     for (int i = 0; i < 3; ++i) axes_.col(i) = frame[static_cast<std::size_t>(i)] - origin_;
@@ -220,6 +224,16 @@ Names ReadNames(const std::string& path) {
   names.doors = ReadList(&root, "doors", "wall");
   root.Finish();
   return names;
+}
+
+bool LiesInSystem(const Names& names, const MapSource& source) {
+  const std::string found = SystemName(source);
+  if (names.crs.empty() || names.crs == found) return true;
+  try {  // it may be written otherwise
+    return !found.empty() && CoordinateSystem(names.crs).name() == found;
+  } catch (const ConfigError&) {  // no map lies in such
+    return false;
+  }
 }
 
 int ApplyNames(const Names& names, MapResult* map) {

@@ -35,6 +35,9 @@ struct Names {
 // for entries without a name, or with neither or both of a place and an id.
 Names ReadNames(const std::string& path);
 
+// Whether a map lies in the names' reference system, if they say one.
+bool LiesInSystem(const Names& names, const MapSource& source);
+
 // Gives a map its names; those that it had stay where there are no others. Names of which the map
 // has no such place are told, and counted: a file may hold those of a whole site. Of two names of
 // one place the first stays. Throws ConfigError where the map does not lie in the names' reference

@@ -140,6 +140,45 @@ TEST_F(BatchJob, AMapThatWasBegunGoesOnBehindItsRunAndIsExported) {
   EXPECT_TRUE(fs::exists(site_.Path("exports/A/1/export.json"))) << Result("exports/A").reason;
 }
 
+TEST_F(BatchJob, AMapThatCannotBeExportedOrNamedDoesNotStopOthers) {
+  AddTwo("", "");
+  workflow_.site.exports = {"ply"};
+  workflow_.site.names = site_.Write("names.yaml", "crs: EPSG:25832\nbuildings: [{name: Süd}]\n");
+  const JobMap a{"recordings/a/map", {"a"}}, b{"recordings/b/map", {"b"}};
+  WriteJobResult(site_.Path("merges/A"), DoneWith("", {b, a}));
+  EXPECT_EQ(Do("exports/A").exit_code, 0);
+  const JobResult unnamed = Result("exports/A");
+  EXPECT_EQ(unnamed.state, JobState::kDone);
+  EXPECT_THAT(unnamed.reason, AllOf(HasSubstr("b: exported without names: "),
+                                    HasSubstr("; a: exported without names: ")));
+  ASSERT_EQ(unnamed.maps.size(), 2u);
+  EXPECT_EQ(unnamed.maps[0].path, "exports/A/1");
+  EXPECT_EQ(unnamed.maps[1].path, "exports/A/2");
+
+  fs::remove_all(site_.Path("exports/A"));
+  workflow_.site.names = "";
+  site_.Write("recordings/b/map/trajectory.tum", "damaged");
+  EXPECT_EQ(Do("exports/A").exit_code, 0);
+  const JobResult result = Result("exports/A");
+  EXPECT_EQ(result.state, JobState::kFailed);
+  EXPECT_THAT(result.reason, AllOf(HasSubstr("b: "), Not(HasSubstr("a: "))));
+  EXPECT_TRUE(fs::exists(site_.Path("exports/A/2/export.json"))) << result.reason;
+}
+
+TEST_F(BatchJob, ABuildingThatControlDoesNotPlaceIsExportedAndFails) {
+  AddTwo("ground", "ground");
+  workflow_.site.recordings.pop_back();
+  workflow_.site.exports = {"ply"};
+  workflow_.site.control = {
+      {"A", site_.Write("points.csv", "name,easting,northing,height\nT1,691604,5334750,515\n"),
+       ""}};
+  EXPECT_EQ(Do("exports/A").exit_code, 0);
+  const JobResult result = Result("exports/A");
+  EXPECT_EQ(result.state, JobState::kFailed);
+  EXPECT_NE(result.reason, "");
+  EXPECT_TRUE(fs::exists(site_.Path("exports/A/1/export.json"))) << result.reason;
+}
+
 TEST_F(BatchJob, ARecordingThatFailsSaysWhyAndIsNoError) {
   const TempFolder walk;
   testing::WriteSequence(walk, {});
@@ -195,9 +234,11 @@ TEST_F(BatchCommand, WrongUsageIsToldBeforeAnythingRuns) {
   ExpectError("batch " + walks_.Path("site.yaml") + " -o " + walks_.Path("a/x"), 2,
               "found the input");
   ExpectError("batch " + walks_.Path("site.yaml") + " -o " + walks_.Path(), 2, "no site's folder");
-  ExpectError("batch " + site_ + " --status", 1, "config.json");
+  ExpectError("batch " + site_ + " --status", 2, "config.json");
   walks_.Write("site.yaml", "recordings: [{path: a}]\nmethod: beauty\n");
   ExpectError(Batch(), 2, "beauty");
+  walks_.Write("site.yaml", "recordings: [{path: a}]\nnames: site.yaml\n");
+  ExpectError(Batch(), 2, "site.yaml: recordings: unknown key");
   EXPECT_FALSE(fs::exists(site_));
 }
 

@@ -44,6 +44,26 @@ TEST_F(SiteFile, APatternStandsForAllFoldersThatMatch) {
   EXPECT_EQ(site.method, "points");
 }
 
+TEST_F(SiteFile, ALinkIsNamedByItself) {
+  std::filesystem::create_symlink(folder_.Path("walks/a"), folder_.Path("monday"));
+  const Site site = Read("recordings: [{path: monday/}, {path: walks/b/../b/mav0}]\n");
+  ASSERT_EQ(site.recordings.size(), 2u);
+  EXPECT_EQ(site.recordings[0].name, "b");
+  EXPECT_EQ(site.recordings[1].name, "monday");
+  EXPECT_EQ(site.recordings[1].path, std::filesystem::canonical(folder_.Path("walks/a")));
+}
+
+TEST_F(SiteFile, BuildingsAndStoreysAreCalledAsPeopleCallThem) {
+  const Site site =
+      Read("recordings: [{path: walks/*, building: 'Büro Süd, A/B', storey: 1. OG}]\n");
+  EXPECT_EQ(site.recordings.at(0).building, "Büro Süd, A/B");
+  EXPECT_EQ(site.recordings.at(0).storey, "1. OG");
+  EXPECT_THAT(FolderName("Büro Süd, A/B"), ::testing::MatchesRegex("B_ro_S_d__A_B-[0-9a-f]{6}"));
+  EXPECT_NE(FolderName("北"), FolderName("南"));
+  EXPECT_THAT(FolderName(".."), ::testing::StartsWith("_.-"));
+  for (const char* name : {"", "A", "ground-floor_2.b"}) EXPECT_EQ(FolderName(name), name);
+}
+
 TEST_F(SiteFile, BagsHaveTopicsAndRecordingsListsOfCalibrations) {
   folder_.Write("walks/c.bag", "#ROSBAG V2.0\n");
   folder_.Write("rig.yaml", "");
@@ -112,7 +132,10 @@ TEST_F(SiteFile, WhatIsWrongIsNamed) {
       {"recordings: [{path: walks/a}, {path: walks/b, name: a}]\n", "two of the name a"},
       {"recordings: [{path: walks/*, name: a}]\n", "found 'a' for 2 recordings"},
       {"recordings: [{path: walks/a, name: a/b}]\n", "name: found 'a/b'"},
+      {"recordings: [{path: walks/a, name: Süd}]\n", "'Süd', expected up to 80 of a-z"},
       {"recordings: [{path: walks/a, building: ''}]\n", "building: found ''"},
+      {"recordings: [{path: walks/a, storey: \"1\\n2\"}]\n", "expected a line of UTF-8"},
+      {"recordings: [{path: walks/a, storey: '\xfc'}]\n", "site.yaml"},
       {"recordings: [{path: walks/a, date: today}]\n", "date: found 'today'"},
       {"recordings: [{path: walks/a}]\nplans: [{image: p.png, pixel_m: 0.01}]\n", "p.png"},
       {"recordings: [{path: walks/a}]\nplans: [{image: site.yaml}]\n", "pixel_m: found 0"},

@@ -67,6 +67,20 @@ TEST(SiteJobs, StoreysAreMergedBeforeTheBuilding) {
   EXPECT_THAT(After(jobs, "exports/A+1"), ElementsAre("merges/A+1"));
 }
 
+TEST(SiteJobs, NamesOfPeopleAreNoFoldersOfJobs) {
+  Site site;
+  for (const auto& [name, storey] : {std::pair("a", "EG"), {"b", "EG"}, {"c", "1. OG"}}) {
+    site.recordings.push_back(Recording(name, storey));
+    site.recordings.back().building = "Büro Süd";
+  }
+  site.control = {{"Büro Süd", "/points.csv", ""}};
+  const std::string folder = FolderName("Büro Süd");
+  const std::vector<Job> jobs = PlanJobs(site);
+  EXPECT_THAT(After(jobs, "merges/" + folder + "+EG"),
+              ElementsAre("recordings/a", "recordings/b", "places/" + folder));
+  EXPECT_THAT(After(jobs, "exports/" + folder), ElementsAre("merges/" + folder));
+}
+
 // Two recordings and their merge, as jobs leave them.
 class SiteFolder : public ::testing::Test {
  protected:
@@ -188,9 +202,39 @@ TEST_F(SiteFolder, ChangesComeBackAndAreInThePage) {
       "by": "2026-03-01", "world_of": "a", "middle_m": [1, 2, 1.5], "size_m": [3, 0.1, 2.5]}])");
   WriteJobResult(folder_.Path("places/A"), result);
   EXPECT_EQ(ReadJobResult(folder_.Path("places/A")).value().changes, result.changes);
-  EXPECT_THAT(StatusPage(ReadStatus(folder_.Path(), workflow_)),
+  SiteStatus status = ReadStatus(folder_.Path(), workflow_);
+  EXPECT_THAT(StatusPage(status),
               AllOf(HasSubstr("<td>wall</td><td>gone</td><td>2026-01-05</td><td>2026-03-01</td>"),
-                    HasSubstr("3.00 x 0.10 x 2.50")));
+                    HasSubstr("3.00 x 0.10 x 2.50"), HasSubstr("the world of a")));
+  EXPECT_THAT(StatusTable(status), HasSubstr("wall  gone  2026-01-05  2026-03-01  1.00, 2.00"));
+  status.others.front().result.changes[0]["crs"] = "EPSG:25832";
+  EXPECT_THAT(StatusTable(status),
+              AllOf(HasSubstr("3.00 x 0.10 x 2.50  EPSG:25832\n"), Not(HasSubstr("world"))));
+}
+
+TEST_F(SiteFolder, WhatAJobMadeIsToldByItsPlaceAndLinked) {
+  JobResult result;
+  result.state = JobState::kDone;
+  result.key = ComputeJobKey(folder_.Path(), workflow_, workflow_.Find("merges/A"));
+  result.maps = {{"merges/A/1", {"a"}, 5, 7, 4.12}, {"merges/A/2", {"b"}}};
+  WriteJobResult(folder_.Path("merges/A"), result);
+  folder_.Write("merges/A/1.html", "");
+  folder_.Write("merges/A/export-1.log", "");
+  folder_.Write("workflow/log/merges/A.log", "");
+  const SiteStatus status = ReadStatus(folder_.Path(), workflow_);
+  EXPECT_THAT(
+      StatusTable(status),
+      HasSubstr("merges/A/1 (of a; on 5 of 7 control points, 4.1 mm RMS), merges/A/2 (of b)"));
+  EXPECT_THAT(
+      StatusPage(status),
+      AllOf(HasSubstr("<a href=\"merges/A/1\">merges/A/1</a> (of a; on 5 of 7 control points"),
+            HasSubstr("<a href=\"merges/A/1.html\">1.html</a>"),
+            HasSubstr("<a href=\"merges/A/export-1.log\">"),
+            HasSubstr("<a href=\"workflow/log/merges/A.log\">")));
+  const auto map = nlohmann::json::parse(StatusJson(status)).at("jobs").at(1).at("maps").at(0);
+  EXPECT_EQ(map.at("points_used"), 5);
+  EXPECT_EQ(map.at("points_given"), 7);
+  EXPECT_EQ(map.at("rms_mm"), 4.12);
 }
 
 }  // namespace
