@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"
@@ -31,6 +32,11 @@ void LogOutliers(const ControlFit& fit) {
     const Eigen::Vector3d off_mm = 1e3 * point.off_m;
     if (point.status == ControlStatus::kUnseen) {
       spdlog::warn("control point '{}' was not seen well enough to be placed", point.name);
+    } else if (point.status == ControlStatus::kUsed && point.over_sigma > kMostSigmas) {
+      spdlog::warn(
+          "control point '{}' is used though it is {:.1f} sigma off: is it right, and are all "
+          "sigmas?",
+          point.name, point.over_sigma);
     } else if (point.status == ControlStatus::kOutlier) {
       spdlog::warn(
           "control point '{}' is left out: the map has it {:.0f} mm to the east, {:.0f} mm to the "
@@ -75,6 +81,17 @@ void LogFit(const ControlFit& fit, const std::optional<Georeference>& place) {
   if (used == 2) spdlog::warn("two control points check neither each other nor the map");
 }
 
+void WarnOfOtherNames(const Control& control) {
+  const std::vector<std::string> names = ListNames(control);
+  std::set<std::string> others;
+  for (const Sighting& sighting : control.sightings) {
+    if (std::ranges::find(names, sighting.name) == names.end()) others.insert(sighting.name);
+  }
+  if (others.empty()) return;
+  spdlog::warn("--marks: {} are of no control point or distance: are names written alike?",
+               fmt::join(others, ", "));
+}
+
 Control ReadControl(const ControlArguments& arguments) {
   Control control{.path = arguments.control, .crs = arguments.crs};
   if (!arguments.control.empty()) control.points = ReadControlPoints(arguments.control);
@@ -82,7 +99,9 @@ Control ReadControl(const ControlArguments& arguments) {
     control.distances.push_back(ParseDistance(text));
   }
   if (!arguments.marks.empty()) control.sightings = ReadMarks(arguments.marks);
+  WarnOfOtherNames(control);
   FindGridScale(control);  // refuses systems and points that cannot be
+  if (!control.crs.empty()) control.crs = CoordinateSystem(control.crs).name();
   return control;
 }
 

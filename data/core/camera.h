@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace slcmap::inline data {
 

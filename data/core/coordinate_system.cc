@@ -26,6 +26,7 @@ struct CoordinateSystem::Handles {
   Handles() : context(proj_context_create()) { proj_log_level(context, PJ_LOG_NONE); }
   ~Handles() {
     to_wgs84.reset();
+    whole.reset();
     to_degrees.reset();
     system.reset();
     proj_context_destroy(context);
@@ -75,9 +76,25 @@ struct CoordinateSystem::Handles {
     return a_m * a_m * (1 - e2) * std::cos(latitude_rad) / (w2 * w2);
   }
 
+  std::string Wkt(const Object& of) const {
+    const char* const text = proj_as_wkt(context, of.get(), PJ_WKT1_GDAL, nullptr);
+    return text == nullptr ? "" : text;
+  }
+
   PJ_CONTEXT* context;
-  Object system, to_degrees, to_wgs84;
+  Object whole, system, to_degrees, to_wgs84;  // `system` is that of the plane
 };
+
+namespace {
+
+// "EPSG:25832"; "" of a system that no list has.
+std::string NameInLists(const Object& system) {
+  const char* const authority = proj_get_id_auth_name(system.get(), 0);
+  const char* const code = proj_get_id_code(system.get(), 0);
+  return authority && code ? fmt::format("{}:{}", authority, code) : "";
+}
+
+}  // namespace
 
 CoordinateSystem::CoordinateSystem(const std::string& name,
                                    const std::optional<Eigen::Vector2d>& latitude_longitude_deg)
@@ -88,10 +105,12 @@ CoordinateSystem::CoordinateSystem(const std::string& name,
     throw ConfigError(fmt::format(
         "crs: found '{}', which PROJ does not know, expected such as EPSG:25832", name));
   }
-  if (proj_get_type(handles_->system.get()) == PJ_TYPE_COMPOUND_CRS) {
-    handles_->system.reset(proj_crs_get_sub_crs(context, handles_->system.get(), 0));
+  handles_->whole.reset(proj_clone(context, handles_->system.get()));
+  if (proj_get_type(handles_->whole.get()) == PJ_TYPE_COMPOUND_CRS) {
+    handles_->system.reset(proj_crs_get_sub_crs(context, handles_->whole.get(), 0));
   }
   title_ = proj_get_name(handles_->system.get());
+  NameAfterLists();
   RequireMetres(latitude_longitude_deg);
   const Object degrees(proj_crs_get_geodetic_crs(context, handles_->system.get()));
   handles_->to_degrees = handles_->To(degrees);
@@ -125,11 +144,21 @@ void CoordinateSystem::RequireMetres(
                                 name_, title_, unit, remedy));
 }
 
-std::string CoordinateSystem::Wkt() const {
-  const char* const text =
-      proj_as_wkt(handles_->context, handles_->system.get(), PJ_WKT1_GDAL, nullptr);
-  return text == nullptr ? "" : text;
+void CoordinateSystem::NameAfterLists() {
+  const std::string plane = NameInLists(handles_->system);
+  if (plane.empty()) return;
+  const Object heights(proj_crs_get_sub_crs(handles_->context, handles_->whole.get(), 1));
+  if (!heights) {
+    name_ = plane;
+    return;
+  }
+  title_of_heights_ = proj_get_name(heights.get());
+  const std::string of_heights = NameInLists(heights);
+  if (!of_heights.empty()) name_ = plane + "+" + of_heights.substr(of_heights.find(':') + 1);
 }
+
+std::string CoordinateSystem::Wkt() const { return handles_->Wkt(handles_->whole); }
+std::string CoordinateSystem::WktOfPlane() const { return handles_->Wkt(handles_->system); }
 
 std::optional<Eigen::Vector2d> CoordinateSystem::LongitudeLatitude_deg(
     const Eigen::Vector2d& p_m) const {

@@ -49,11 +49,17 @@ class CoordinateSystem {
       const std::optional<Eigen::Vector2d>& latitude_longitude_deg = std::nullopt);
   ~CoordinateSystem();
 
+  // As PROJ's lists have it: "EPSG:25832", or with that of heights "EPSG:25832+7837"; as it was
+  // given where they do not have it.
   const std::string& name() const { return name_; }
   const std::string& title() const { return title_; }  // "ETRS89 / UTM zone 32N"
 
+  // The system of heights, "" where none was given.
+  const std::string& title_of_heights() const { return title_of_heights_; }
+
   // As OGC WKT of version 1, which files of all ages hold.
   std::string Wkt() const;
+  std::string WktOfPlane() const;  // without heights
 
   // Degrees of WGS 84, with which PROJ has all other systems agree at least to a metre or two;
   // nothing where it cannot compute them.
@@ -65,10 +71,10 @@ class CoordinateSystem {
  private:
   struct Handles;
 
+  void NameAfterLists();
   void RequireMetres(const std::optional<Eigen::Vector2d>& latitude_longitude_deg) const;
 
-  const std::string name_;
-  std::string title_;
+  std::string name_, title_, title_of_heights_;
   std::unique_ptr<Handles> handles_;
 };
 

@@ -192,12 +192,13 @@ void IfcFile::AddContexts(const std::optional<double>& north_rad) {
   contexts_.footprint = sub("FootPrint", ".MODEL_VIEW.");
 }
 
-void IfcFile::AddMapConversion(const Georeference& place, const std::string& title) {
-  const std::string crs =
-      Add("IFCPROJECTEDCRS",
-          {StepText(place.crs.empty() ? "unknown" : place.crs),
-           StepText(title.empty() ? "As the poses or control points were given" : title),
-           kStepUnset, kStepUnset, kStepUnset, kStepUnset, kStepUnset});
+void IfcFile::AddMapConversion(const Georeference& place, const std::string& title,
+                               const std::string& heights) {
+  const std::string crs = Add(
+      "IFCPROJECTEDCRS",
+      {StepText(place.crs.empty() ? "unknown" : place.crs.substr(0, place.crs.find('+'))),
+       StepText(title.empty() ? "As the poses or control points were given" : title), kStepUnset,
+       heights.empty() ? kStepUnset : StepText(heights), kStepUnset, kStepUnset, kStepUnset});
   Add("IFCMAPCONVERSION",
       {contexts_.model, crs, StepReal(place.origin_m.x()), StepReal(place.origin_m.y()),
        StepReal(place.origin_m.z()), StepReal(std::cos(place.turn_rad), kDirectionDecimals),

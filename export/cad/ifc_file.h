@@ -85,7 +85,8 @@ class IfcFile {
 
   const IfcContexts& contexts() const { return contexts_; }
   // The model lies there: a map conversion. `title` is what the system is called.
-  void AddMapConversion(const Georeference& place, const std::string& title);
+  void AddMapConversion(const Georeference& place, const std::string& title,
+                        const std::string& heights);
   const std::string& units() const { return units_; }
   std::string Text() const;
 

@@ -507,7 +507,10 @@ std::vector<std::string> WriteIfc(bool line_solids, const std::string& folder, c
   IfcFile file(FindNorth_rad(map.source));
   IfcStructure structure(map, &file);
   if (const auto& place = map.source.georeference) {
-    file.AddMapConversion(*place, place->crs.empty() ? "" : CoordinateSystem(place->crs).title());
+    const auto system =
+        place->crs.empty() ? nullptr : std::make_unique<CoordinateSystem>(place->crs);
+    file.AddMapConversion(*place, system ? system->title() : "",
+                          system ? system->title_of_heights() : "");
   }
   int left_out = AddIfcWalls(map.building, &structure, &file);
   left_out += AddIfcSlabs(map.building, &structure, &file);

@@ -283,9 +283,18 @@ std::string EncodePng(const cv::Mat& grey, const cv::Mat& alpha) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Pixel size, turns and the centre of the upper left pixel, on the face's canvas, in metres.
-std::string WorldFile(const OrthoFace& face) {
+// Pixel size, turns and the centre of the upper left pixel, in metres: on the face's canvas, or of
+// a level face in the grid that the map lies in.
+std::string WorldFile(const OrthoFace& face, const std::optional<Georeference>& place) {
+  constexpr double kLevelCosine = 0.99;
   const double pixel_m = face.pixel_m;
+  if (place && std::abs(face.plane->normal.z()) > kLevelCosine) {
+    const Eigen::Vector3d first = *place * face.At(0, 0);
+    const Eigen::Vector3d right = *place * face.At(1, 0) - first,
+                          down = *place * face.At(0, 1) - first;
+    return fmt::format("{:.9f}\n{:.9f}\n{:.9f}\n{:.9f}\n{:.6f}\n{:.6f}\n", right.x(), right.y(),
+                       down.x(), down.y(), first.x(), first.y());
+  }
   return fmt::format("{:.6f}\n0\n0\n{:.6f}\n{:.6f}\n{:.6f}\n", pixel_m, -pixel_m,
                      face.box.min().x() + 0.5 * pixel_m, face.box.max().y() - 0.5 * pixel_m);
 }
@@ -368,7 +377,7 @@ WrittenFace WriteFace(const std::string& folder, const OrthoFace& face, const Ma
   if (ortho.seen_share < kLeastShare) return {};
   const std::string path = folder + "/" + face.name;
   WriteFile(path + ".png", EncodePng(ortho.grey, ortho.alpha));
-  WriteFile(path + ".pgw", WorldFile(face));
+  WriteFile(path + ".pgw", WorldFile(face, map.source.georeference));
   return {{path + ".png", path + ".pgw"}, FaceJson(face, ortho), MakeTexture(face, ortho)};
 }
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "data/core/camera.h"
-#include "data/core/coordinate_system.h"
 #include "data/core/progress.h"
 #include "data/io/trajectory.h"
 #include "mapping/map/map.h"

@@ -5,9 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <memory>
-#include <string_view>
 
 #include "data/bag/sqlite.h"
 #include "data/core/error.h"
@@ -203,7 +202,7 @@ class GeoPackage {
     const std::unique_ptr<char, decltype(&sqlite3_free)> query(
         sqlite3_mprintf("INSERT OR IGNORE INTO gpkg_spatial_ref_sys VALUES(%Q,%d,%Q,%d,%Q,NULL)",
                         place.crs.empty() ? "building" : place.crs.c_str(), srs_,
-                        epsg > 0 ? "EPSG" : "NONE", srs_, CrsWkt(place).c_str()),
+                        epsg > 0 ? "EPSG" : "NONE", srs_, CrsWkt(place, false).c_str()),
         &sqlite3_free);
     Execute(query.get());
   }

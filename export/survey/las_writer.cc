@@ -74,15 +74,19 @@ std::string ExtraBytesRecord() {
 }
 
 // GeoTIFF 1.0: a projected CRS by its number, metres.
-std::string GeoKeysRecord(int epsg) {
+std::string GeoKeysRecord(int epsg, int epsg_of_heights) {
   constexpr uint16_t kModelType = 1024, kProjectedCrs = 3072, kLinearUnits = 3076,
-                     kVerticalUnits = 4099, kProjected = 1, kMetre = 9001;
+                     kVerticalCrs = 4096, kVerticalUnits = 4099, kProjected = 1, kMetre = 9001;
   std::string content;
-  for (const int number : {1, 1, 0, 4}) AppendBytes(static_cast<uint16_t>(number), &content);
-  for (const auto& [key, value] : {std::pair{kModelType, kProjected},
-                                   {kProjectedCrs, static_cast<uint16_t>(epsg)},
-                                   {kLinearUnits, kMetre},
-                                   {kVerticalUnits, kMetre}}) {
+  std::vector<std::pair<uint16_t, uint16_t>> keys = {{kModelType, kProjected},
+                                                     {kProjectedCrs, static_cast<uint16_t>(epsg)},
+                                                     {kLinearUnits, kMetre}};
+  if (epsg_of_heights > 0) keys.emplace_back(kVerticalCrs, static_cast<uint16_t>(epsg_of_heights));
+  keys.emplace_back(kVerticalUnits, kMetre);
+  for (const size_t number : {size_t{1}, size_t{1}, size_t{0}, keys.size()}) {
+    AppendBytes(static_cast<uint16_t>(number), &content);
+  }
+  for (const auto& [key, value] : keys) {
     for (const uint16_t number : {key, uint16_t{0}, uint16_t{1}, value}) {
       AppendBytes(number, &content);
     }
@@ -93,7 +97,7 @@ std::string GeoKeysRecord(int epsg) {
 // What a file says of where its points lie.
 struct LasPlace {
   // Of a 1.2 file; 0: none, or one that GeoTIFF's keys cannot name.
-  int epsg = 0;
+  int epsg = 0, epsg_of_heights = 0;
   std::string wkt = {};  // of a 1.4 file, which takes no other: the CRS as OGC WKT
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // coordinates are stored less this
 };
@@ -148,7 +152,7 @@ class LasFile {
   std::string Records() const {
     std::string records = ExtraBytesRecord();
     const bool has_keys = place_.epsg > 0 && place_.epsg <= std::numeric_limits<uint16_t>::max();
-    if (!Is14(version_) && has_keys) records += GeoKeysRecord(place_.epsg);
+    if (!Is14(version_) && has_keys) records += GeoKeysRecord(place_.epsg, place_.epsg_of_heights);
     if (Is14(version_) && !place_.wkt.empty()) {
       records += Record("LASF_Projection", 2112, "OGC WKT", place_.wkt + '\0');
     }
@@ -235,9 +239,9 @@ std::vector<std::string> WriteLas(const std::string& version, const std::string&
   for (const PointSource source : kPointSources) all += CountPoints(map, source);
   const Georeference place = FindPlace(map.source);
   const std::string path = folder + "/cloud.las";
-  LasFile file(
-      path, ChooseVersion(version, all),
-      {EpsgCode(place.crs), CrsWkt(place), place.origin_m.array().round()});  // as people read them
+  LasFile file(path, ChooseVersion(version, all),
+               {EpsgCode(place.crs), EpsgCodeOfHeights(place.crs), CrsWkt(place),
+                place.origin_m.array().round()});  // as people read them
   for (const PointSource source : kPointSources) {
     for (std::size_t i = 0; i < CountPoints(map, source); ++i, ++done) {
       if (done % kPointsToReport == 0) {

@@ -56,17 +56,34 @@ Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& n
   return Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitZ()) * normal;
 }
 
+namespace {
+
+int ParseCode(std::string_view text) {
+  int code = 0;
+  const auto [stop, error] = std::from_chars(text.begin(), text.end(), code);
+  return error == std::errc() && stop == text.end() ? code : 0;
+}
+
+}  // namespace
+
 int EpsgCode(const std::string& crs) {
   constexpr std::string_view kAuthority = "EPSG:";
   if (!crs.starts_with(kAuthority)) return 0;
-  int code = 0;
-  const char* const end = crs.data() + crs.size();
-  const auto [stop, error] = std::from_chars(crs.data() + kAuthority.size(), end, code);
-  return error == std::errc() && (stop == end || *stop == '+') && code > 0 ? code : 0;
+  return ParseCode(
+      std::string_view(crs).substr(kAuthority.size(), crs.find('+') - kAuthority.size()));
 }
 
-std::string CrsWkt(const Georeference& place) {
-  if (!place.crs.empty()) return CoordinateSystem(place.crs).Wkt();
+int EpsgCodeOfHeights(const std::string& crs) {
+  const size_t plus = crs.find('+');
+  return EpsgCode(crs) == 0 || plus == crs.npos ? 0
+                                                : ParseCode(std::string_view(crs).substr(plus + 1));
+}
+
+std::string CrsWkt(const Georeference& place, bool with_heights) {
+  if (!place.crs.empty()) {
+    const CoordinateSystem system(place.crs);
+    return with_heights ? system.Wkt() : system.WktOfPlane();
+  }
   return "LOCAL_CS[\"building, metres\",LOCAL_DATUM[\"building\",0],UNIT[\"metre\",1],"
          "AXIS[\"x\",EAST],AXIS[\"y\",NORTH]]";
 }

@@ -55,9 +55,10 @@ Eigen::Vector3d TurnedNormal(const Georeference& place, const Eigen::Vector3d& n
 // Of a CRS such as "EPSG:25832", or "EPSG:25832+7837" with a system of heights, that of the plane;
 // 0 of any other.
 int EpsgCode(const std::string& crs);
+int EpsgCodeOfHeights(const std::string& crs);  // of "EPSG:25832+7837": 7837; else 0
 
 // OGC WKT of version 1 of the place's system; where it has none, of an engineering one.
-std::string CrsWkt(const Georeference& place);
+std::string CrsWkt(const Georeference& place, bool with_heights = true);
 
 // What a plan holds, as features with attributes for geographic information systems.
 

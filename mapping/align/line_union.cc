@@ -2,11 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <tuple>
 
 #include "data/core/math.h"

@@ -3,10 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <utility>
 
+#include "data/core/math.h"
 #include "mapping/align/line_union.h"
 #include "mapping/align/map_changes.h"
 #include "mapping/align/surface_union.h"
@@ -171,7 +173,7 @@ LinesOfMap TakeLines(MapResult* map) {
 
 // The first map's place on Earth stays, and a second one that is elsewhere is told.
 void UnitePlaces(const std::optional<Georeference>& second, MapResult* first) {
-  constexpr double kSamePlace_m = 0.1;
+  constexpr double kSamePlace_m = 0.1, kTurnedApart_rad = 0.005;
   const std::optional<Georeference>& place = first->source.georeference;
   if (!place) {
     first->source.georeference = second;
@@ -179,12 +181,16 @@ void UnitePlaces(const std::optional<Georeference>& second, MapResult* first) {
   }
   if (!second) return;
   const double apart_m = (place->origin_m - second->origin_m).norm();
-  if (place->crs == second->crs && apart_m < kSamePlace_m) return;
+  const double turned_rad = std::abs(std::remainder(place->turn_rad - second->turn_rad, 2 * M_PI));
+  const bool is_same = apart_m < kSamePlace_m && turned_rad < kTurnedApart_rad;
+  if (place->crs == second->crs && is_same) return;
+  const auto name = [](const std::string& crs) { return crs.empty() ? "a grid without name" : crs; };
   ++first->warnings["places_on_earth_differ"];
   spdlog::warn(
-      "the maps were placed apart: found the second one's origin {:.2f} m from the first one's "
-      "({}, {}), whose place is kept; expected the same control points",
-      apart_m, second->crs, place->crs);
+      "the maps were placed apart: found the second one in {}, its origin {:.2f} m from the first "
+      "one's and turned by {:.2f} degrees against it, in {}, whose place is kept; expected the "
+      "same control points",
+      name(second->crs), apart_m, turned_rad / kDegree, name(place->crs));
 }
 
 void SetLines(LinesOfMap united, MapResult* map) {

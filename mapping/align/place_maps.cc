@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -12,8 +11,6 @@
 #include <functional>
 #include <iterator>
 #include <map>
-#include <numbers>
-#include <numeric>
 #include <set>
 
 #include "data/core/math.h"

@@ -8,7 +8,6 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 namespace slcmap::inline mapping {
 namespace {

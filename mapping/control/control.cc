@@ -15,7 +15,6 @@
 #include "data/core/error.h"
 #include "data/source/recorded_source.h"
 #include "mapping/control/control_placement.h"
-#include "mapping/control/control_scale.h"
 #include "mapping/control/tag_finder.h"
 #include "mapping/control/triangulation.h"
 #include "odometry/geometry/pinhole.h"
@@ -195,6 +194,15 @@ Rig AddTags(const ControlRecording& recording, const Progress& progress, Control
   SequenceOptions opened = recording.opened;
   opened.needs_imu = false;
   const std::unique_ptr<SequenceSource> source = OpenAgain(recording.path, opened, "");
+  const auto is_missing = [&](int64_t stamp_ns) {
+    return !FindPair(*source, stamp_ns - recording.stamps_moved_ns);
+  };
+  if (!recording.stamps_ns.empty() && std::ranges::all_of(recording.stamps_ns, is_missing)) {
+    throw DataError(
+        fmt::format("{}: found none of the map's images, expected the recording that "
+                    "the map was made of",
+                    recording.path));
+  }
   const std::vector<Sighting> tags = FindTags(
       *source, recording.stamps_ns, recording.stamps_moved_ns, ListNames(*control), progress);
   control->sightings.insert(control->sightings.end(), tags.begin(), tags.end());

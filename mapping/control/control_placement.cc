@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "data/core/error.h"
@@ -21,6 +20,7 @@ using Matches = std::vector<ControlMatch>;
 // Points that agree are so near at first: what is known of them, and how a map may be bent.
 constexpr double kNear_m = 0.05, kNearShare = 0.002;
 constexpr double kMostSigmas = 4;
+constexpr double kMostScatter = 3;     // of residuals, over what is known of them
 constexpr double kLeastApart_m = 0.5;  // of points that tell a turn
 
 double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -83,15 +83,15 @@ PlaceCandidate FindCandidate(const Matches& matches, double scale) {
 }
 
 // One step of least squares in turn and shift; exact but for the turn, so that few suffice.
-void Improve(const Matches& matches, const std::vector<bool>& fits, Georeference* place) {
+void Improve(const Matches& matches, const std::vector<double>& shares, Georeference* place) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   for (size_t i = 0; i < matches.size(); ++i) {
-    if (!fits[i]) continue;
+    if (shares[i] == 0) continue;
     const Vector3d mapped = *place * matches[i].p_world, arm = mapped - place->origin_m;
     Eigen::Matrix<double, 3, 4> by_place;
     by_place << Eigen::Matrix3d::Identity(), Vector3d(-arm.y(), arm.x(), 0);
-    const Eigen::Vector3d weights = matches[i].sigma_m.cwiseAbs2().cwiseInverse();
+    const Eigen::Vector3d weights = shares[i] * matches[i].sigma_m.cwiseAbs2().cwiseInverse();
     normal += by_place.transpose() * weights.asDiagonal() * by_place;
     right += by_place.transpose() * weights.asDiagonal() * (matches[i].p_m - mapped);
   }
@@ -112,11 +112,11 @@ double ScatterByMedian(const Matches& matches, const std::vector<bool>& fits,
   for (size_t i = 0; i < matches.size(); ++i) {
     if (fits[i]) sigmas.push_back(MostSigmas(matches[i], place));
   }
-  return std::max(1.0, Quantile(std::move(sigmas), 0.5) / kMedianOfThree);
+  return std::clamp(Quantile(std::move(sigmas), 0.5) / kMedianOfThree, 1.0, kMostScatter);
 }
 
 // How long the map is against the ground, by the points that fit.
-void MeasureScale(const Matches& matches, ControlPlacement* placement) {
+void FitScale(const Matches& matches, ControlPlacement* placement) {
   Vector2d middle = Vector2d::Zero(), middle_m = Vector2d::Zero();
   double count = 0;
   for (size_t i = 0; i < matches.size(); ++i) {
@@ -190,7 +190,8 @@ void RefuseSwapped(const std::string& path, const Matches& matches, double scale
   throw DataError(fmt::format(
       "{}: point '{}': found easting {:.3f} and northing {:.3f}, with which {} of {} points fit "
       "the "
-      "map, and with these swapped {}: expected x to the east and y to the north; swap the columns",
+      "map, and with these swapped {}: expected x to the east and y to the north; swap the "
+      "columns, or turn the sign of one",
       path, first.name, first.p_m.x(), first.p_m.y(), count, matches.size(), swapped.count));
 }
 
@@ -239,17 +240,111 @@ ControlPlacement PlaceOnPoints(const std::string& path, const std::vector<Contro
   for (const ControlMatch& match : matches) {
     placement.fits.push_back(IsNear(match, best.place, extent_m));
   }
+  // One that is wrong bends a fit of least squares, and hides in it: the farther off a point is,
+  // the less it counts, until it is told which do not fit.
+  std::vector<double> shares(matches.size());
   for (int i = 0; i < kRounds; ++i) {
-    Improve(matches, placement.fits, &placement.place);
-    if (i < 2) continue;  // before outliers are told
-    placement.scatter = ScatterByMedian(matches, placement.fits, placement.place);
     for (size_t k = 0; k < matches.size(); ++k) {
-      placement.fits[k] = MostSigmas(matches[k], placement.place) < kMostSigmas * placement.scatter;
+      const double sigmas = MostSigmas(matches[k], placement.place);
+      shares[k] = placement.fits[k] ? 1 / (1 + sigmas * sigmas) : 0;
     }
+    Improve(matches, shares, &placement.place);
   }
-  MeasureScale(matches, &placement);
+  placement.scatter = ScatterByMedian(matches, placement.fits, placement.place);
+  for (size_t k = 0; k < matches.size(); ++k) {
+    placement.fits[k] = MostSigmas(matches[k], placement.place) < kMostSigmas * placement.scatter;
+    shares[k] = placement.fits[k] ? 1 : 0;
+  }
+  if (std::ranges::count(placement.fits, true) < 2) RefusePoints(path, matches, best);
+  for (int i = 0; i < 2; ++i) Improve(matches, shares, &placement.place);
+  FitScale(matches, &placement);
   placement.place.origin_m += near;
   return placement;
+}
+
+namespace {
+
+struct Ratio {
+  double times = 1, sigma = 0;  // given over mapped
+};
+
+void AddRatio(const PlacedPoint& from, const PlacedPoint& to, double given_m, double sigma_m,
+              std::vector<Ratio>* ratios) {
+  const double mapped_m = (to.p_world - from.p_world).norm();
+  constexpr double kLeastTelling_m = 1;
+  if (mapped_m < kLeastTelling_m) return;
+  const double all_m = std::hypot(sigma_m, from.sigma_m, to.sigma_m);
+  ratios->push_back({given_m / mapped_m, all_m / mapped_m});
+}
+
+// Each point counts once, in however many pairs it is.
+void AddPairsOfPoints(const Control& control, const std::map<std::string, PlacedPoint>& placed,
+                      double grid_scale, std::vector<Ratio>* ratios) {
+  std::vector<const ControlPoint*> seen;
+  for (const ControlPoint& point : control.points) {
+    if (placed.contains(point.name)) seen.push_back(&point);
+  }
+  if (seen.size() < 3) return;
+  const double repeats = std::sqrt(std::max(1.0, static_cast<double>(seen.size()) / 2));
+  for (size_t i = 0; i < seen.size(); ++i) {
+    for (size_t j = i + 1; j < seen.size(); ++j) {
+      Eigen::Vector3d apart_m = seen[j]->p_m - seen[i]->p_m;
+      apart_m.head<2>() /= grid_scale;
+      const double sigma_m = std::hypot(seen[i]->sigma_m.maxCoeff(), seen[j]->sigma_m.maxCoeff());
+      const size_t before = ratios->size();
+      AddRatio(placed.at(seen[i]->name), placed.at(seen[j]->name), apart_m.norm(), sigma_m, ratios);
+      if (ratios->size() > before) ratios->back().sigma *= repeats;
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<MeasuredScale> MeasureScale(const Control& control,
+                                          const std::map<std::string, PlacedPoint>& placed,
+                                          double grid_scale) {
+  std::vector<Ratio> ratios;
+  for (const KnownDistance& known : control.distances) {
+    const auto from = placed.find(known.from), to = placed.find(known.to);
+    if (from == placed.end() || to == placed.end()) continue;
+    AddRatio(from->second, to->second, known.metres, known.sigma_m, &ratios);
+  }
+  AddPairsOfPoints(control, placed, grid_scale, &ratios);
+  if (ratios.empty()) return std::nullopt;
+  std::vector<double> times, off;
+  double weight = 0;
+  for (const Ratio& ratio : ratios) {
+    times.push_back(ratio.times);
+    weight += 1 / (ratio.sigma * ratio.sigma);
+  }
+  const double middle = Quantile(times, 0.5);
+  for (const Ratio& ratio : ratios) off.push_back(std::abs(ratio.times - middle) / ratio.sigma);
+  const double scatter = std::max(1.0, kSigmaOfMedian * Quantile(off, 0.5));
+  return MeasuredScale{middle, scatter / std::sqrt(weight)};
+}
+
+void ScaleRun(double times, OdometryRun* run) {
+  const auto scale_cameras = [times](Rig* rig) {
+    const Eigen::Vector3d first = rig->T_imu_camera[0].translation;
+    for (RigidTransform& T : rig->T_imu_camera)
+      T.translation = first + times * (T.translation - first);
+  };
+  scale_cameras(&run->rectified_rig);
+  if (run->source) scale_cameras(&run->source->raw_rig);
+  for (OnlineState& state : run->states) {
+    state.T_world_imu.translation *= times;
+    state.velocity_world_m_s *= times;
+  }
+  for (Keyframe& keyframe : run->keyframes) keyframe.T_world_imu.translation *= times;
+  for (Landmark& landmark : run->landmarks) {
+    landmark.p_world *= times;
+    if (landmark.sigma_m < kUnknownSigma_m) landmark.sigma_m *= times;
+  }
+  for (Line& line : run->lines) {
+    line.start_world *= times;
+    line.end_world *= times;
+    line.covariance_m2 *= times * times;
+  }
 }
 
 }  // namespace slcmap::mapping

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <set>
@@ -28,6 +27,13 @@ const Words kHeight = {"height", "height_m", "elevation", "h", "z", "z_m", "hoeh
 const Words kDegreeColumns = {"lat", "latitude",  "latitude_deg", "lon",
                               "lng", "longitude", "longitude_deg"};
 
+// Whether a mark stands behind the last field of a row of a file, whose text is behind it.
+bool HasEmptyEnd(std::string_view last) {
+  const char* at = last.data() + last.size();
+  while (*at == ' ' || *at == '"') ++at;
+  return *at == ',' || *at == ';';
+}
+
 // A table whose columns are found by their names, and which holds names.
 class NamedTable {
  public:
@@ -35,6 +41,7 @@ class NamedTable {
     ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
       std::vector<std::string> cells(fields.begin(), fields.end());
       if (columns_.empty()) return TakeHeader(std::move(cells));
+      if (cells.size() + 1 == columns_.size() && HasEmptyEnd(fields.back())) cells.emplace_back();
       if (cells.size() != columns_.size()) {
         throw DataError(fmt::format("{}: row {}: found {} fields, expected {}: {}", path, row,
                                     cells.size(), columns_.size(), fmt::join(columns_, ",")));
@@ -63,9 +70,16 @@ class NamedTable {
   const std::string& Text(std::size_t row, std::size_t column) const { return rows_[row][column]; }
 
   double Number(std::size_t row, std::size_t column, double least, double most) const {
-    const auto number = ParseNumber(rows_[row][column]);
+    std::string text = rows_[row][column];
+    std::ranges::replace(text, ',', '.');  // of decimals between semicolons
+    const auto number = ParseNumber(text);
     if (number && *number >= least && *number <= most) return *number;
     Fail(row, column, fmt::format("a number from {} to {}", least, most));
+  }
+
+  double NumberOr(double usual, std::size_t row, std::size_t column, double least,
+                  double most) const {
+    return rows_[row][column].empty() ? usual : Number(row, column, least, most);
   }
 
   int64_t Stamp(std::size_t row, std::size_t column) const {
@@ -98,7 +112,7 @@ std::function<Vector3d(std::size_t)> FindSigmas(const NamedTable& table) {
   const auto all = table.Find({"sigma_m", "sigma"});
   if (all) {
     return [&table, all](std::size_t row) -> Vector3d {
-      return Vector3d::Constant(table.Number(row, *all, kLeast_m, kMost_m));
+      return Vector3d::Constant(table.NumberOr(kUsualSigma_m, row, *all, kLeast_m, kMost_m));
     };
   }
   const std::array<Words, 3> words = {{{"sigma_easting_m", "sigma_e_m", "sigma_x_m"},
@@ -110,7 +124,8 @@ std::function<Vector3d(std::size_t)> FindSigmas(const NamedTable& table) {
     Vector3d sigma_m = Vector3d::Constant(kUsualSigma_m);
     for (std::size_t i = 0; i < 3; ++i) {
       if (columns[i]) {
-        sigma_m[static_cast<Eigen::Index>(i)] = table.Number(row, *columns[i], kLeast_m, kMost_m);
+        sigma_m[static_cast<Eigen::Index>(i)] =
+            table.NumberOr(kUsualSigma_m, row, *columns[i], kLeast_m, kMost_m);
       }
     }
     return sigma_m;

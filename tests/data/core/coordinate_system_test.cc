@@ -14,6 +14,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 // Munich's town hall square, by textbook formulas of the projection.
@@ -46,6 +47,16 @@ TEST(CoordinateSystem, TakesHeightsAndOtherOrdersOfAxes) {
   ASSERT_TRUE(place);
   EXPECT_NEAR(place->longitude_deg, 11.576, 0.01);
   EXPECT_NEAR(place->scale, 1 - 515 / 6.371e6 + std::pow(31497 / 6.38e6, 2) / 2, 2e-6);
+}
+
+TEST(CoordinateSystem, IsNamedAsListsHaveIt) {
+  EXPECT_EQ(CoordinateSystem("epsg:25832").name(), "EPSG:25832");
+  const CoordinateSystem with_heights("EPSG:5555");
+  EXPECT_EQ(with_heights.name(), "EPSG:25832+5783");
+  EXPECT_EQ(with_heights.name(), CoordinateSystem("EPSG:25832+5783").name());
+  EXPECT_THAT(with_heights.title_of_heights(), HasSubstr("height"));
+  EXPECT_THAT(with_heights.Wkt(), HasSubstr("COMPD_CS"));
+  EXPECT_THAT(with_heights.WktOfPlane(), Not(HasSubstr("COMPD_CS")));
 }
 
 TEST(CoordinateSystem, RefusesDegreesFeetAndWhatIsUnknown) {

@@ -45,6 +45,10 @@ TEST_F(ControlPointsTest, HaveSigmasForAllAxesForEachOrNone) {
   EXPECT_EQ(each.at(0).p_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(each.at(0).sigma_m, Eigen::Vector3d(0.001, 0.01, 0.02));
   EXPECT_EQ(Read("name e n h\nA 1 2 3\n").at(0).sigma_m, Eigen::Vector3d::Constant(0.01));
+  const auto some = Read("name;e;n;h;sigma\nA;1,5;2;3;\nB;1;2;3;0,02\n");
+  EXPECT_EQ(some.at(0).p_m.x(), 1.5);
+  EXPECT_EQ(some.at(0).sigma_m.x(), 0.01);
+  EXPECT_EQ(some.at(1).sigma_m.x(), 0.02);
 }
 
 TEST_F(ControlPointsTest, ThatCannotBeAreRefusedByRowAndColumn) {

@@ -211,6 +211,13 @@ TEST(ControlPlacement, NamesAPointThatIsOff) {
   EXPECT_LT((placement.place.origin_m - kPlace.origin_m).norm(), 0.006);
 }
 
+TEST(ControlPlacement, APointThatIsOffByLittleDoesNotBendTheFitToItself) {
+  const auto matches = MakeMatches({{3, -2, 1}, {-4, 1, 2}, {60, 0, 0}, {1, 2, -3}, {0, -1, 0}});
+  const auto placement = PlaceOnPoints("c.csv", matches, kPlace.scale);
+  EXPECT_THAT(placement.fits, ElementsAre(true, true, false, true, true));
+  EXPECT_LT(std::abs(placement.place.turn_rad - kPlace.turn_rad), 1e-3);
+}
+
 TEST(ControlPlacement, TwoPointsDoButNotOne) {
   EXPECT_NO_THROW(PlaceOnPoints("c.csv", MakeMatches({{0, 0, 0}, {1, 0, 0}}), kPlace.scale));
   EXPECT_THROW(PlaceOnPoints("c.csv", {}, 1), DataError);
