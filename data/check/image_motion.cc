@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <optional>
@@ -221,7 +222,7 @@ class PartFollower {
 
 void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& part,
                 const Progress& progress, ImageMotion* motion) {
-  PartFollower follower(rig, motion);
+  auto follower = std::make_unique<PartFollower>(rig, motion);
   const size_t stride = ComputeStride(source.info());
   const size_t count = (part.end - part.first + stride - 1) / stride;
   const bool is_stereo = IsStereo(source.info().rig);
@@ -230,6 +231,11 @@ void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& 
       count,
       [&](size_t i) -> std::array<cv::Mat, 2> {
         const size_t index = part.first + i * stride;
+        // A camera that hangs shows no motion where there was some.
+        if (index > part.first &&
+            (source.IsRepeated(index, 0) || (is_stereo && source.IsRepeated(index, 1)))) {
+          return {};
+        }
         return {source.ReadImage(index, 0).image,
                 is_stereo ? source.ReadImage(index, 1).image : cv::Mat()};
       },
@@ -237,8 +243,11 @@ void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& 
   for (size_t i = 0; i < count; ++i) {
     const auto [left, right] = coming.Next();
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(count));
-    if (left.empty()) continue;
-    follower.Follow(source.info().pair_stamps_ns[part.first + i * stride], left, right);
+    if (left.empty()) {
+      follower = std::make_unique<PartFollower>(rig, motion);
+      continue;
+    }
+    follower->Follow(source.info().pair_stamps_ns[part.first + i * stride], left, right);
   }
 }
 

@@ -1,7 +1,6 @@
 // What the check of a sequence found.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "data/io/pose_file.h"
 #include "data/io/trajectory.h"
 #include "data/source/sequence.h"
 #include "mapping/external_poses/image_steps.h"

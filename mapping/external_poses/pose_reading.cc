@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "data/core/math.h"
 #include "mapping/external_poses/pose_changes.h"
@@ -196,6 +195,7 @@ std::string DescribeReading(const PoseForm& given, const PoseForm& found, bool i
 void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
   constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
+  constexpr double kMoreTurn = 1.3;      // times, that speaks against one
   constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
   constexpr double kScaleGain = 0.65;    // of what ways are off; drift is not mended by a scale
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
@@ -206,7 +206,9 @@ void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   const auto median = [](const PoseOff& off) {
     return off.turn_rad / kTurnSigma_rad + off.way_m / kWaySigma_m;
   };
-  if (has_poses && (median(best->off) > median(at_given.off) ||
+  // Between poses positions are less noisy, so that half an interval seems to gain; turns do not.
+  const bool turns_worse = best->off.turn_rad > kMoreTurn * at_given.off.turn_rad;
+  if (has_poses && (turns_worse || median(best->off) > median(at_given.off) ||
                     std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
                     best->off.cost > kClear * at_given.off.cost ||
                     at_given.off.cost - best->off.cost < kLeastGain)) {

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "data/core/progress.h"
 #include "data/io/pose_file.h"

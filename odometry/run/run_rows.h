@@ -5,12 +5,10 @@
 
 #include <concepts>
 #include <cstdint>
-#include <initializer_list>
 #include <map>
 #include <set>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 #include "data/core/types.h"
 #include "data/io/csv.h"

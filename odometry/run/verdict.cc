@@ -268,6 +268,23 @@ void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* 
   }
 }
 
+// Images that show none of the points that are followed: their poses are of the IMU alone.
+void JudgeBlindness(const OdometryRun& run, Verdict* verdict) {
+  constexpr double kMost_s = 1, kMostShare = 0.01;
+  const double images = static_cast<double>(run.figures.turn_rate_rad_s.count);
+  const double seeing = static_cast<double>(run.figures.points_rejected.count);
+  const double duration_s = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns);
+  const double blind_s = (1 - seeing / images) * duration_s;
+  const double most_s = std::max(kMost_s, kMostShare * duration_s);
+  if (seeing == 0 || blind_s <= most_s) return;
+  verdict->Add({VerdictLevel::kDoubtful, "blind",
+                fmt::format("{:.1f} s of images that show none of the points that are followed, so "
+                            "that their poses are of the IMU alone",
+                            blind_s),
+                fmt::format("at most {:.1f} s", most_s),
+                "keep the cameras uncovered, with light and texture in view"});
+}
+
 // What the check before the start said.
 void JudgeSource(const OdometryRun& run, Verdict* verdict) {
   if (!run.source) return;
@@ -283,6 +300,28 @@ void JudgeSource(const OdometryRun& run, Verdict* verdict) {
 }
 
 // What of the calibration is so far off that other recordings of the rig suffer, too.
+// Metres are those of the distance between the cameras. Where it is wrong, only the accelerometer
+// speaks against it, and then seems to have another scale along the ways that it was moved.
+void JudgeScale(const OdometryRun& run, Verdict* verdict) {
+  constexpr double kClear = 5, kMost = 0.02;
+  if (run.calibration.empty() || !IsStereo(run.rectified_rig)) return;
+  const CalibrationEstimate& e = run.calibration.back();
+  double worst = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double scale = e.imu_errors[kErrorAccelScale + axis];
+    const double sigma = e.imu_errors_sigma[kErrorAccelScale + axis];
+    if (std::abs(scale) > std::max({kMost, kClear * sigma, std::abs(worst)})) worst = scale;
+  }
+  if (worst == 0) return;
+  verdict->Add(
+      {VerdictLevel::kDoubtful, "scale",
+       fmt::format("an accelerometer that measures {:.1f} % too {} for the motion in the images",
+                   100 * std::abs(worst), worst > 0 ? "little" : "much"),
+       fmt::format("at most {:.0f} %", 100 * kMost),
+       "measure the distance between the cameras, which all metres come from; or correct the "
+       "accelerometer's scale; slcmap map --distance scales by what was measured"});
+}
+
 void JudgeCentre(const OdometryRun& run, Verdict* verdict) {
   constexpr double kClear = 5, kMost_px = 1;
   if (run.calibration.empty()) return;
@@ -321,6 +360,8 @@ Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options) {
   JudgeStereo(run, &verdict);
   JudgeSegments(run, &verdict);
   JudgeCover(run, options, &verdict);
+  JudgeBlindness(run, &verdict);
+  JudgeScale(run, &verdict);
   return verdict;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "mapping/external_poses/read_poses.h"
 
@@ -39,14 +40,15 @@ PoseTable FormatRows(const PoseForm& form, double late_s = 0, int rate_hz = 100)
   return table;
 }
 
-// With the noise that images have.
-std::vector<BodyStep> Steps() {
+// With the noise that images have, times a number.
+std::vector<BodyStep> Steps(double times = 1) {
   std::vector<BodyStep> steps;
   for (int i = 1; i < 38; ++i) {
     const double from_s = 0.5 * i, to_s = from_s + 0.5;
     const RigidTransform noise{
-        ExpRotation({0.002 * std::sin(7.0 * i), 0.002 * std::sin(5.0 * i), 0}),
-        {0.01 * std::sin(3.0 * i), 0.01 * std::cos(11.0 * i), 0}};
+        ExpRotation(times *
+                    Eigen::Vector3d(0.002 * std::sin(7.0 * i), 0.002 * std::sin(5.0 * i), 0)),
+        times * Eigen::Vector3d(0.01 * std::sin(3.0 * i), 0.01 * std::cos(11.0 * i), 0)};
     steps.push_back(
         {ToNanoseconds(from_s), ToNanoseconds(to_s), Walk(from_s).Inverse() * Walk(to_s) * noise});
   }
@@ -148,6 +150,20 @@ TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
     EXPECT_FALSE(reading.agrees) << late_s;
     EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << late_s << ": " << reading.words;
     EXPECT_TRUE(Judge(table, reading.form).agrees) << late_s << Judge(table, reading.form).words;
+  }
+}
+
+// Half way between two poses their noise is less, and that is no reason to move stamps.
+TEST(PoseReading, NoiseOfPositionsIsNoClock) {
+  std::mt19937 engine(3);
+  std::normal_distribution<double> noise_m(0, 0.01);
+  for (int trial = 0; trial < 5; ++trial) {
+    PoseTable table = FormatRows({}, 0, 20);
+    for (PoseRow& row : table.rows) {
+      row.p += Eigen::Vector3d(noise_m(engine), noise_m(engine), noise_m(engine));
+    }
+    const PoseReading reading = ClassifyReading(table, {}, Steps(0), kT_imu_camera, "steps");
+    EXPECT_THAT(reading.words, Not(HasSubstr("stamps")));
   }
 }
 

@@ -68,7 +68,7 @@ TEST(Judge, EachFigureIsDoubtfulAndThenFailed) {
     OdometryRun run = GoodRun();
     (run.figures.*figure).worst = 1.01 * limits.doubtful;
     EXPECT_EQ(Judged(run).level, VerdictLevel::kDoubtful);
-    (run.figures.*figure) = {1.01 * limits.doubtful, 1.01 * limits.failed, 40};
+    (run.figures.*figure) = {1.01 * limits.doubtful, 1.01 * limits.failed, 190};
     const Verdict failed = Judged(run);
     EXPECT_EQ(failed.level, VerdictLevel::kFailed);
     ASSERT_EQ(failed.reasons.size(), 1u);
@@ -212,6 +212,26 @@ TEST(Judge, APrincipalPointThatIsClearlyOffIsToldWithoutDoubt) {
   EXPECT_EQ(verdict.reasons[0].what, "principal-point");
   found.right_centre_sigma_px.x() = 1;
   EXPECT_TRUE(Judged(run).reasons.empty());
+}
+
+TEST(Judge, ImagesThatShowNothingAreDoubtful) {
+  OdometryRun run = GoodRun();
+  run.figures.points_rejected.count = 160;  // 1.6 s of 10 are dark
+  EXPECT_EQ(FindLevel(Judged(run), "blind"), VerdictLevel::kDoubtful);
+  run.figures.points_rejected.count = 180;
+  EXPECT_EQ(FindLevel(Judged(run), "blind"), VerdictLevel::kGood);
+}
+
+TEST(Judge, AnAccelerometerThatSpeaksAgainstTheBaselineIsDoubtful) {
+  OdometryRun run = GoodRun();
+  CalibrationEstimate estimate;
+  estimate.imu_errors[kErrorAccelScale + 1] = 0.045;
+  estimate.imu_errors_sigma[kErrorAccelScale + 1] = 0.005;
+  run.calibration = {estimate};
+  run.rectified_rig.cameras[1].width_px = 752;
+  EXPECT_EQ(FindLevel(Judged(run), "scale"), VerdictLevel::kDoubtful);
+  run.calibration[0].imu_errors_sigma[kErrorAccelScale + 1] = 0.01;  // hardly known
+  EXPECT_EQ(FindLevel(Judged(run), "scale"), VerdictLevel::kGood);
 }
 
 TEST(Judge, APartialRunIsJudgedByWhatThereIs) {
