@@ -5,7 +5,6 @@
 
 #include <cstdio>
 #include <memory>
-#include <vector>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/odometry_stage.h"

@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <opencv2/core/utility.hpp>
-#include <utility>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/map_stage.h"

@@ -9,7 +9,6 @@
 #include "data/check/report.h"
 #include "data/core/error.h"
 #include "data/core/verdict.h"
-#include "data/io/output_folder.h"
 #include "data/source/sequence.h"
 #include "odometry/options.h"
 #include "odometry/run/run.h"

@@ -1,7 +1,6 @@
 #include "apps/evaluation/straightness.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

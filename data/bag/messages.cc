@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <type_traits>

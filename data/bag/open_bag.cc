@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <numeric>
 #include <regex>
 
 #include "data/bag/containers.h"

@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core/types.hpp>

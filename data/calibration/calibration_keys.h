@@ -5,7 +5,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <Eigen/Core>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <set>
-#include <utility>
 
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include "data/calibration/calibration_forms.h"
 #include "data/calibration/calibration_keys.h"

@@ -3,7 +3,6 @@
 // read, found from a sample of them.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>

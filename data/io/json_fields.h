@@ -10,7 +10,6 @@
 // or a JsonReader's. Include in .cc files only.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <optional>

@@ -2,7 +2,6 @@
 // as mapping takes it.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <unordered_map>
 
 #include "data/core/error.h"
 #include "odometry/factors/calibration_estimate.h"

@@ -8,7 +8,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "data/io/map_line.h"
 #include "mapping/lines/line_store.h"
 #include "mapping/lines/options.h"
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "data/core/progress.h"
 #include "mapping/align/align_maps.h"

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
-#include <map>
 
 #include "data/core/error.h"
 #include "data/io/json.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "data/core/math.h"
 #include "odometry/geometry/pinhole.h"

@@ -1,7 +1,6 @@
 #include "mapping/views/views_between.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <set>
 #include <utility>

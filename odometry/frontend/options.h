@@ -1,8 +1,6 @@
 // The options of the front end: the rectifier, points and lines in images.
 #pragma once
 
-#include <string>
-
 #include "data/io/yaml.h"
 
 namespace slcmap::inline odometry {

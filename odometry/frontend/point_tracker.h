@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <optional>
 #include <unordered_set>
 #include <vector>
 

@@ -1,7 +1,6 @@
 // From tracked points and IMU samples to states, keyframes and landmarks.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <future>
 #include <memory>

@@ -1,7 +1,6 @@
 // The first states of a segment: at rest, or in motion.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 #include "odometry/window/problem.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <type_traits>
 #include <utility>

@@ -1,7 +1,6 @@
 #include "odometry/window/sliding_window.h"
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 #include <utility>
 

@@ -1,7 +1,6 @@
 // The sliding window of keyframes: what is known of the recent past, and how it is kept consistent.
 #pragma once
 
-#include <functional>
 #include <unordered_set>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include "odometry/window/window_state.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <set>
 #include <utility>

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Makes a site of 24 walks in three buildings of two storeys, two of them damaged, and measures its maps.
 
-    tests/benchmarks/site.py make PLANS SITE [--slcmap build/bin/slcmap] [--only NAME...]
+    tests/benchmarks/site.py make PLANS SITE [--slcmap build/bin/slcmap] [--whole] [--only NAME...]
     slcmap batch SITE/site.yaml -o SITE/out
     tests/benchmarks/site.py measure SITE
 
 PLANS: a folder with floor_2.png, floor_3.png and floor_EG.png, drawings of real floors, 1 cm a pixel.
 Two storeys of A are real floors that look alike about their lifts; those of B look alike throughout, and
-two walks go over their stairs; C has an office below and a real floor above. All have control points. EuRoC's rig with half its pixels, 10 pairs a second. Needs gdal_translate
+two walks go over their stairs; C has an office below and a real floor above. All have control points. EuRoC's rig, with half its pixels but for --whole, 10 pairs a second. Needs gdal_translate
 (gdal-bin) and numpy.
 """
 
@@ -180,7 +180,7 @@ def make(arguments):
     folder = arguments.site
     (folder / "scenes").mkdir(parents=True, exist_ok=True)
     walks = list_walks(arguments.plans, folder / "scenes")
-    rig = write_small_rig(folder / "scenes/rig.yaml")
+    rig = ROOT / "config/rigs/euroc.yaml" if arguments.whole else write_small_rig(folder / "scenes/rig.yaml")
     for seed, (name, _, _, scene, way, speed_m_s) in enumerate(walks):
         output = folder / "walks" / name
         path = write_scene(folder / "scenes", name, scene, way, speed_m_s)
@@ -263,6 +263,7 @@ def main():
     command.add_argument("plans", type=pathlib.Path)
     command.add_argument("site", type=pathlib.Path)
     command.add_argument("--slcmap", default="build/bin/slcmap")
+    command.add_argument("--whole", action="store_true", help="images with all their pixels")
     command.add_argument("--only", nargs="*", default=[])
     command.set_defaults(do=make)
     command = commands.add_parser("measure")

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <random>
 #include <string>
-#include <vector>
 
 namespace slcmap::fuzz {
 

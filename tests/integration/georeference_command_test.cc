@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "data/io/file.h"
 #include "mapping/map/map_folder.h"
 #include "tests/integration/slcmap_process.h"

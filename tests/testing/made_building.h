@@ -1,8 +1,6 @@
 // Buildings made by hand.
 #pragma once
 
-#include <cmath>
-
 #include "mapping/map/map.h"
 
 namespace slcmap::testing {

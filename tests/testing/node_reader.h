@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <string>

@@ -1,7 +1,6 @@
 // Runs the estimator on simulated tracks, without any image.
 #pragma once
 
-#include <algorithm>
 #include <functional>
 #include <limits>
 #include <map>

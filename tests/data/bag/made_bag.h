@@ -1,7 +1,6 @@
 // A short recording of two cameras and an IMU, written as any kind of bag, and what is read of one.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <random>
 #include <string>

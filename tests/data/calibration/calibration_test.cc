@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "data/calibration/imu_calibration.h"
 #include "data/core/error.h"
 #include "data/source/sequence.h"

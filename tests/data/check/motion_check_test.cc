@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "data/calibration/calibration.h"
-#include "data/calibration/mask.h"
 #include "data/check/check.h"
 #include "data/check/image_motion.h"
 #include "data/check/step_lags.h"

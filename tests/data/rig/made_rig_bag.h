@@ -1,7 +1,6 @@
 // Bags of a few messages, as the drivers of rigs write them.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>

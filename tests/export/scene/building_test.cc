@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
-#include <map>
 #include <sstream>
 
 #include "data/io/file.h"

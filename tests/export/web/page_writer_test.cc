@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <zlib.h>
 
-#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>

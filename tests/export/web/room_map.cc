@@ -1,6 +1,5 @@
 #include "tests/export/web/room_map.h"
 
-#include <array>
 #include <random>
 
 #include "tests/testing/pinhole_camera.h"

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "mapping/adjustment/closure.h"
-#include "mapping/adjustment/closure_terms.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

@@ -10,8 +10,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "odometry/options.h"
-
 namespace slcmap {
 namespace {
 

@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <map>
 
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_landmarks.h"

@@ -1,4 +1,3 @@
-#include "data/simulator/scene/inexact_building.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
