@@ -117,7 +117,7 @@ double FindFloatStep(const PlyElement& vertices) {
       largest = std::max(largest, std::abs(value));
     }
   }
-  return GetFloatStep(largest);
+  return largest > 0 ? GetFloatStep(largest) : 0;
 }
 
 ExternalMap ReadPlyMap(const std::string& path) {
