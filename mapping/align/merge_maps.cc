@@ -184,7 +184,9 @@ void UnitePlaces(const std::optional<Georeference>& second, MapResult* first) {
   const double turned_rad = std::abs(std::remainder(place->turn_rad - second->turn_rad, 2 * M_PI));
   const bool is_same = apart_m < kSamePlace_m && turned_rad < kTurnedApart_rad;
   if (place->crs == second->crs && is_same) return;
-  const auto name = [](const std::string& crs) { return crs.empty() ? "a grid without name" : crs; };
+  const auto name = [](const std::string& crs) {
+    return crs.empty() ? "a grid without name" : crs;
+  };
   ++first->warnings["places_on_earth_differ"];
   spdlog::warn(
       "the maps were placed apart: found the second one in {}, its origin {:.2f} m from the first "
