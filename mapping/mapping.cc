@@ -444,6 +444,7 @@ MapResult BuildMap(MapInput input, const MappingOptions& options, const Progress
       AdjustGiven(options.given_poses, cache, progress.Part(0, kAdjustedUntil), &input);
   const auto images = ImagesOfRevisits(input, options.adjustment, cache);
   const auto ties = input.control ? TieToControl(*input.control, &run) : ControlTies();
+  if (run.verdict && run.warnings.contains(kScaledToControl)) run.verdict->Withdraw(kScaleReason);
   AdjustedRun adjusted = AdjustRun(std::move(run), options.adjustment, images.get(),
                                    progress.Part(0, kAdjustedUntil), ties);
   const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);

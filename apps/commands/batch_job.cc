@@ -402,7 +402,7 @@ std::optional<StepFailure> ExportOne(const SiteJob& job, const JobMap& map,
              {"export", path, "-o", to, "--format", fmt::format("{}", fmt::join(formats, ","))});
 }
 
-// Of a map that was apart before. False where there was none.
+// What was made before, of this map or of one that was apart. False where there was none.
 bool RemoveExport(const SiteJob& job, int number) {
   std::error_code error;
   bool is_there = false;
@@ -418,6 +418,7 @@ bool RemoveExport(const SiteJob& job, int number) {
 JobResult ExportMapOfSite(const SiteJob& job, const JobMap& map, int number) {
   JobResult result;
   result.state = JobState::kDone;
+  RemoveExport(job, number);
   JobMap placed = map;
   placed.path = LayOnPlan(job, map.path, number, &result);
   placed = PutOnControl(job, placed, fmt::format("placed-{}", number), &result);

@@ -101,7 +101,7 @@ Control ReadControl(const ControlArguments& arguments) {
   if (!arguments.marks.empty()) control.sightings = ReadMarks(arguments.marks);
   WarnOfOtherNames(control);
   FindGridScale(control);  // refuses systems and points that cannot be
-  if (!control.crs.empty()) control.crs = CoordinateSystem(control.crs).name();
+  control.crs = NameOfSystem(control.crs);
   return control;
 }
 

@@ -220,9 +220,21 @@ class PartFollower {
   Eigen::Vector3d direction_ = Eigen::Vector3d::UnitZ();
 };
 
+// True where either camera shows what it showed before, to the last bit.
+bool AreSame(const std::array<cv::Mat, 2>& images, const std::array<cv::Mat, 2>& before) {
+  for (size_t i = 0; i < 2; ++i) {
+    if (images[i].empty() || images[i].size() != before[i].size()) continue;
+    if (cv::norm(images[i], before[i], cv::NORM_INF) == 0) return true;
+  }
+  return false;
+}
+
 void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& part,
                 const Progress& progress, ImageMotion* motion) {
   auto follower = std::make_unique<PartFollower>(rig, motion);
+  std::array<cv::Mat, 2> last;
+  int64_t last_ns = 0;
+  constexpr double kMostGap_s = 0.5;
   const size_t stride = ComputeStride(source.info());
   const size_t count = (part.end - part.first + stride - 1) / stride;
   const bool is_stereo = IsStereo(source.info().rig);
@@ -231,11 +243,6 @@ void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& 
       count,
       [&](size_t i) -> std::array<cv::Mat, 2> {
         const size_t index = part.first + i * stride;
-        // A camera that hangs shows no motion where there was some.
-        if (index > part.first &&
-            (source.IsRepeated(index, 0) || (is_stereo && source.IsRepeated(index, 1)))) {
-          return {};
-        }
         return {source.ReadImage(index, 0).image,
                 is_stereo ? source.ReadImage(index, 1).image : cv::Mat()};
       },
@@ -243,11 +250,15 @@ void FollowPart(const SequenceSource& source, const Rig& rig, const IndexRange& 
   for (size_t i = 0; i < count; ++i) {
     const auto [left, right] = coming.Next();
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(count));
-    if (left.empty()) {
+    if (left.empty() || AreSame({left, right}, last)) continue;
+    // A camera that hung has shown no motion where there was some.
+    const int64_t stamp_ns = source.info().pair_stamps_ns[part.first + i * stride];
+    if (!last[0].empty() && ToSeconds(stamp_ns - last_ns) > kMostGap_s) {
       follower = std::make_unique<PartFollower>(rig, motion);
-      continue;
     }
-    follower->Follow(source.info().pair_stamps_ns[part.first + i * stride], left, right);
+    last = {left, right};
+    last_ns = stamp_ns;
+    follower->Follow(stamp_ns, left, right);
   }
 }
 

@@ -144,6 +144,14 @@ void CoordinateSystem::RequireMetres(
                                 name_, title_, unit, remedy));
 }
 
+std::string NameOfSystem(const std::string& crs) {
+  try {
+    return crs.empty() ? crs : CoordinateSystem(crs).name();
+  } catch (const ConfigError&) {
+    return crs;
+  }
+}
+
 void CoordinateSystem::NameAfterLists() {
   const std::string plane = NameInLists(handles_->system);
   if (plane.empty()) return;
@@ -154,7 +162,10 @@ void CoordinateSystem::NameAfterLists() {
   }
   title_of_heights_ = proj_get_name(heights.get());
   const std::string of_heights = NameInLists(heights);
-  if (!of_heights.empty()) name_ = plane + "+" + of_heights.substr(of_heights.find(':') + 1);
+  if (of_heights.empty()) return;
+  const std::string list = plane.substr(0, plane.find(':') + 1);
+  name_ =
+      plane + "+" + (of_heights.starts_with(list) ? of_heights.substr(list.size()) : of_heights);
 }
 
 std::string CoordinateSystem::Wkt() const { return handles_->Wkt(handles_->whole); }

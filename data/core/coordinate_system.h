@@ -78,6 +78,9 @@ class CoordinateSystem {
   std::unique_ptr<Handles> handles_;
 };
 
+// As CoordinateSystem::name() has it; a system that is not known stays as it is called.
+std::string NameOfSystem(const std::string& crs);
+
 // The UTM zone of a place: that of ETRS89 in Europe, else that of WGS 84.
 std::string UtmSystemAt(double latitude_deg, double longitude_deg);
 

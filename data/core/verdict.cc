@@ -24,6 +24,11 @@ void Verdict::Add(VerdictReason reason) {
   reasons.insert(after, std::move(reason));
 }
 
+void Verdict::Withdraw(const std::string& what) {
+  std::erase_if(reasons, [&](const VerdictReason& reason) { return reason.what == what; });
+  level = reasons.empty() ? VerdictLevel::kGood : reasons.front().level;
+}
+
 std::string VerdictLevelName(VerdictLevel level) {
   for (const auto& [other, name] : kLevels) {
     if (level == other) return name;

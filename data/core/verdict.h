@@ -10,6 +10,7 @@ enum class VerdictLevel { kGood, kDoubtful, kFailed };
 
 // Of the reason that an estimator lost itself: what is behind that is shifted.
 inline constexpr const char* kLostReason = "lost";
+inline constexpr const char* kScaleReason = "scale";
 
 // Why a verdict is what it is; what is good but had better be known is a reason too.
 struct VerdictReason {
@@ -24,6 +25,8 @@ struct Verdict {
 
   // Keeps the order.
   void Add(VerdictReason reason);
+  // Takes a reason back that holds no longer.
+  void Withdraw(const std::string& what);
 };
 
 std::string VerdictLevelName(VerdictLevel level);  // good, doubtful, failed

@@ -194,9 +194,11 @@ void IfcFile::AddContexts(const std::optional<double>& north_rad) {
 
 void IfcFile::AddMapConversion(const Georeference& place, const std::string& title,
                                const std::string& heights) {
+  const bool is_listed = place.crs.starts_with("EPSG:");
+  const std::string name = is_listed ? place.crs.substr(0, place.crs.find('+')) : place.crs;
   const std::string crs = Add(
       "IFCPROJECTEDCRS",
-      {StepText(place.crs.empty() ? "unknown" : place.crs.substr(0, place.crs.find('+'))),
+      {StepText(name.empty() ? "unknown" : name),
        StepText(title.empty() ? "As the poses or control points were given" : title), kStepUnset,
        heights.empty() ? kStepUnset : StepText(heights), kStepUnset, kStepUnset, kStepUnset});
   Add("IFCMAPCONVERSION",

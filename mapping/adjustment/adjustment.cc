@@ -372,7 +372,7 @@ bool HasRevisit(const AdjustmentFigures& figures) {
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress, const ControlTies& control) {
   // Without closures no place is known to be seen again; control points say as much.
-  const bool needs_revisit = options.needs_revisit && control.empty();
+  const bool needs_revisit = options.needs_revisit && control.points.empty();
   const bool is_wanted = options.enabled && (options.closures.enabled || !needs_revisit);
   if (!is_wanted || run.method == kExternalPoses || run.keyframes.empty()) return {std::move(run)};
   try {

@@ -299,7 +299,7 @@ const AdjustedPoint* FindPoint(const AdjustmentState& state, int64_t landmark_id
   return point == state.points.end() ? nullptr : &*point;
 }
 
-// Those of the ties whose landmarks the state has. A point that is wrong by much pulls little.
+// Those of the ties whose landmarks the state has. What is wrong by much pulls little.
 void AddControlTerms(const ControlTies& ties, const AdjustmentState& state,
                      ceres::LossFunction* loss, ceres::Problem* problem) {
   const RigidTransform& T_imu_camera = state.rig.T_imu_camera[0];
@@ -317,8 +317,7 @@ void AddControlTerms(const ControlTies& ties, const AdjustmentState& state,
     if (!one_host) {
       blocks.insert(blocks.end(), {state.frames[from->host].pose, state.frames[to->host].pose});
     }
-    problem->AddResidualBlock(new KnownDistanceResidual(T_imu_camera, tie, one_host), nullptr,
-                              blocks);
+    problem->AddResidualBlock(new KnownDistanceResidual(T_imu_camera, tie, one_host), loss, blocks);
   }
 }
 

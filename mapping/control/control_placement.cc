@@ -20,7 +20,6 @@ using Matches = std::vector<ControlMatch>;
 // Points that agree are so near at first: what is known of them, and how a map may be bent.
 constexpr double kNear_m = 0.05, kNearShare = 0.002;
 constexpr double kMostSigmas = 4;
-constexpr double kMostScatter = 3;     // of residuals, over what is known of them
 constexpr double kLeastApart_m = 0.5;  // of points that tell a turn
 
 double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -112,7 +111,7 @@ double ScatterByMedian(const Matches& matches, const std::vector<bool>& fits,
   for (size_t i = 0; i < matches.size(); ++i) {
     if (fits[i]) sigmas.push_back(MostSigmas(matches[i], place));
   }
-  return std::clamp(Quantile(std::move(sigmas), 0.5) / kMedianOfThree, 1.0, kMostScatter);
+  return std::max(1.0, Quantile(std::move(sigmas), 0.5) / kMedianOfThree);
 }
 
 // How long the map is against the ground, by the points that fit.
@@ -240,22 +239,25 @@ ControlPlacement PlaceOnPoints(const std::string& path, const std::vector<Contro
   for (const ControlMatch& match : matches) {
     placement.fits.push_back(IsNear(match, best.place, extent_m));
   }
-  // One that is wrong bends a fit of least squares, and hides in it: the farther off a point is,
-  // the less it counts, until it is told which do not fit.
-  std::vector<double> shares(matches.size());
+  // One that is wrong bends a fit of least squares, and hides in it: the farther off a point is
+  // beside the others, the less it counts, until it is told which do not fit. Three do not tell.
+  std::vector<double> shares(placement.fits.begin(), placement.fits.end());
   for (int i = 0; i < kRounds; ++i) {
-    for (size_t k = 0; k < matches.size(); ++k) {
-      const double sigmas = MostSigmas(matches[k], placement.place);
-      shares[k] = placement.fits[k] ? 1 / (1 + sigmas * sigmas) : 0;
-    }
     Improve(matches, shares, &placement.place);
+    placement.scatter = ScatterByMedian(matches, placement.fits, placement.place);
+    for (size_t k = 0; k < matches.size(); ++k) {
+      const double times = MostSigmas(matches[k], placement.place) / placement.scatter;
+      if (size > 3 && placement.fits[k]) shares[k] = 1 / (1 + times * times);
+    }
   }
-  placement.scatter = ScatterByMedian(matches, placement.fits, placement.place);
   for (size_t k = 0; k < matches.size(); ++k) {
     placement.fits[k] = MostSigmas(matches[k], placement.place) < kMostSigmas * placement.scatter;
     shares[k] = placement.fits[k] ? 1 : 0;
   }
-  if (std::ranges::count(placement.fits, true) < 2) RefusePoints(path, matches, best);
+  const auto fit = std::ranges::count(placement.fits, true);
+  if (fit < 2 || (size > 2 && 2 * fit <= size)) {
+    RefusePoints(path, matches, {placement.place, fit});
+  }
   for (int i = 0; i < 2; ++i) Improve(matches, shares, &placement.place);
   FitScale(matches, &placement);
   placement.place.origin_m += near;
@@ -266,7 +268,20 @@ namespace {
 
 struct Ratio {
   double times = 1, sigma = 0;  // given over mapped
+
+  double Weight() const { return 1 / (sigma * sigma); }
 };
+
+// The median by weights, whose sum is given.
+double FindMiddle(std::vector<Ratio> ratios, double weight) {
+  std::ranges::sort(ratios, {}, &Ratio::times);
+  double sum = 0;
+  for (const Ratio& ratio : ratios) {
+    sum += ratio.Weight();
+    if (sum >= 0.5 * weight) return ratio.times;
+  }
+  return 1;
+}
 
 void AddRatio(const PlacedPoint& from, const PlacedPoint& to, double given_m, double sigma_m,
               std::vector<Ratio>* ratios) {
@@ -303,6 +318,7 @@ void AddPairsOfPoints(const Control& control, const std::map<std::string, Placed
 std::optional<MeasuredScale> MeasureScale(const Control& control,
                                           const std::map<std::string, PlacedPoint>& placed,
                                           double grid_scale) {
+  constexpr double kOfMedian = 1.25;  // how much worse a median is known than a mean
   std::vector<Ratio> ratios;
   for (const KnownDistance& known : control.distances) {
     const auto from = placed.find(known.from), to = placed.find(known.to);
@@ -311,19 +327,17 @@ std::optional<MeasuredScale> MeasureScale(const Control& control,
   }
   AddPairsOfPoints(control, placed, grid_scale, &ratios);
   if (ratios.empty()) return std::nullopt;
-  std::vector<double> times, off;
+  std::vector<double> off;
   double weight = 0;
-  for (const Ratio& ratio : ratios) {
-    times.push_back(ratio.times);
-    weight += 1 / (ratio.sigma * ratio.sigma);
-  }
-  const double middle = Quantile(times, 0.5);
+  for (const Ratio& ratio : ratios) weight += ratio.Weight();
+  const double middle = FindMiddle(ratios, weight);
   for (const Ratio& ratio : ratios) off.push_back(std::abs(ratio.times - middle) / ratio.sigma);
   const double scatter = std::max(1.0, kSigmaOfMedian * Quantile(off, 0.5));
-  return MeasuredScale{middle, scatter / std::sqrt(weight)};
+  return MeasuredScale{middle, kOfMedian * scatter / std::sqrt(weight)};
 }
 
 void ScaleRun(double times, OdometryRun* run) {
+  constexpr double kForgotten = 10;
   const auto scale_cameras = [times](Rig* rig) {
     const Eigen::Vector3d first = rig->T_imu_camera[0].translation;
     for (RigidTransform& T : rig->T_imu_camera)
@@ -331,11 +345,15 @@ void ScaleRun(double times, OdometryRun* run) {
   };
   scale_cameras(&run->rectified_rig);
   if (run->source) scale_cameras(&run->source->raw_rig);
+  const Eigen::Vector3d lever_m = run->rectified_rig.T_imu_camera[0].translation;
+  const auto scale_pose = [&](RigidTransform* T) {
+    T->translation = times * T->translation + (times - 1) * (T->rotation * lever_m);
+  };
   for (OnlineState& state : run->states) {
-    state.T_world_imu.translation *= times;
+    scale_pose(&state.T_world_imu);
     state.velocity_world_m_s *= times;
   }
-  for (Keyframe& keyframe : run->keyframes) keyframe.T_world_imu.translation *= times;
+  for (Keyframe& keyframe : run->keyframes) scale_pose(&keyframe.T_world_imu);
   for (Landmark& landmark : run->landmarks) {
     landmark.p_world *= times;
     if (landmark.sigma_m < kUnknownSigma_m) landmark.sigma_m *= times;
@@ -345,6 +363,11 @@ void ScaleRun(double times, OdometryRun* run) {
     line.end_world *= times;
     line.covariance_m2 *= times * times;
   }
+  if (run->calibration.empty()) return;
+  // What the accelerometer seemed to be off by.
+  CalibrationEstimate& found = run->calibration.back();
+  found.imu_errors.segment<3>(kErrorAccelScale).setZero();
+  found.imu_errors_sigma.segment<3>(kErrorAccelScale) *= kForgotten;
 }
 
 }  // namespace slcmap::mapping

@@ -48,8 +48,8 @@ std::optional<MeasuredScale> MeasureScale(const Control& control,
                                           const std::map<std::string, PlacedPoint>& placed,
                                           double grid_scale);
 
-// The run, so many times larger: what it found, and how far its cameras are apart, which is what
-// told it the metre.
+// The run, so many times larger: what it found, about its left camera, and how far its cameras are
+// apart, which is what told it the metre.
 void ScaleRun(double times, OdometryRun* run);
 
 }  // namespace slcmap::mapping

@@ -27,11 +27,16 @@ const Words kHeight = {"height", "height_m", "elevation", "h", "z", "z_m", "hoeh
 const Words kDegreeColumns = {"lat", "latitude",  "latitude_deg", "lon",
                               "lng", "longitude", "longitude_deg"};
 
-// Whether a mark stands behind the last field of a row of a file, whose text is behind it.
-bool HasEmptyEnd(std::string_view last) {
-  const char* at = last.data() + last.size();
+// What stands behind a field of a row of a file, whose text goes on behind it.
+char MarkBehind(std::string_view field) {
+  const char* at = field.data() + field.size();
   while (*at == ' ' || *at == '"') ++at;
-  return *at == ',' || *at == ';';
+  return *at;
+}
+
+// Whether a mark stands behind the last one, so that an empty one follows.
+bool HasEmptyEnd(std::string_view last) {
+  return MarkBehind(last) == ',' || MarkBehind(last) == ';';
 }
 
 // A table whose columns are found by their names, and which holds names.
@@ -40,7 +45,10 @@ class NamedTable {
   explicit NamedTable(const std::string& path) : path_(path) {
     ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
       std::vector<std::string> cells(fields.begin(), fields.end());
-      if (columns_.empty()) return TakeHeader(std::move(cells));
+      if (columns_.empty()) {
+        has_semicolons_ = MarkBehind(fields.front()) == ';';
+        return TakeHeader(std::move(cells));
+      }
       if (cells.size() + 1 == columns_.size() && HasEmptyEnd(fields.back())) cells.emplace_back();
       if (cells.size() != columns_.size()) {
         throw DataError(fmt::format("{}: row {}: found {} fields, expected {}: {}", path, row,
@@ -71,7 +79,7 @@ class NamedTable {
 
   double Number(std::size_t row, std::size_t column, double least, double most) const {
     std::string text = rows_[row][column];
-    std::ranges::replace(text, ',', '.');  // of decimals between semicolons
+    if (has_semicolons_) std::ranges::replace(text, ',', '.');  // of decimals
     const auto number = ParseNumber(text);
     if (number && *number >= least && *number <= most) return *number;
     Fail(row, column, fmt::format("a number from {} to {}", least, most));
@@ -101,6 +109,7 @@ class NamedTable {
   }
 
   const std::string path_;
+  bool has_semicolons_ = false;
   std::vector<std::string> columns_;
   std::vector<std::vector<std::string>> rows_;
   std::vector<int> numbers_;  // of the rows in the file

@@ -194,10 +194,10 @@ std::string DescribeReading(const PoseForm& given, const PoseForm& found, bool i
 // What of offset and scale is more than the noise of the steps.
 void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
-  constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
-  constexpr double kMoreTurn = 1.3;      // times, that speaks against one
-  constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
-  constexpr double kScaleGain = 0.65;    // of what ways are off; drift is not mended by a scale
+  constexpr double kLeastGain = 0.15;                    // of an offset, in standard deviations
+  constexpr double kMoreTurn = 1.3, kNoTurn_rad = 2e-4;  // that speaks against one
+  constexpr double kLeastWay_m = 0.005;                  // less is what a rig that stands is off
+  constexpr double kScaleGain = 0.65;  // of what ways are off; drift is not mended by a scale
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
   const Tried at_given = Try(reading, given_ns, given.scale);
   const bool has_poses =
@@ -207,7 +207,7 @@ void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
     return off.turn_rad / kTurnSigma_rad + off.way_m / kWaySigma_m;
   };
   // Between poses positions are less noisy, so that half an interval seems to gain; turns do not.
-  const bool turns_worse = best->off.turn_rad > kMoreTurn * at_given.off.turn_rad;
+  const bool turns_worse = best->off.turn_rad > kMoreTurn * at_given.off.turn_rad + kNoTurn_rad;
   if (has_poses && (turns_worse || median(best->off) > median(at_given.off) ||
                     std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
                     best->off.cost > kClear * at_given.off.cost ||

@@ -237,7 +237,7 @@ std::optional<Georeference> ParseGeoreference(const std::string& place, const Js
   const Json& found = json.at("georeference");
   if (found.is_null()) return std::nullopt;
   Georeference georeference;
-  georeference.crs = found.at("crs").get<std::string>();
+  georeference.crs = NameOfSystem(found.at("crs").get<std::string>());
   georeference.origin_m =
       ParsePoint<Eigen::Vector3d>(place + ": origin_m", found.at("origin_m"), kMostOffset_m);
   georeference.turn_rad = BoundedAt(place, found, "turn_rad", -kMostYaw_rad, kMostYaw_rad);

@@ -204,11 +204,13 @@ void JudgeKeyframes(const OdometryRun& run, const VerdictOptions& options, Verdi
             options.keyframe_rate_hz, "a second", "a rate of keyframes", kCheckRemedy, verdict);
 }
 
+bool UsesPair(const OdometryRun& run) {
+  return run.method != MethodName(Method::kPointsMono) && IsStereo(run.rectified_rig);
+}
+
 void JudgeStereo(const OdometryRun& run, Verdict* verdict) {
   const FigureSummary& seen = run.figures.seen_right;
-  const bool uses_right =
-      run.method != MethodName(Method::kPointsMono) && IsStereo(run.rectified_rig);
-  if (seen.count == 0 || !uses_right) return;
+  if (seen.count == 0 || !UsesPair(run)) return;
   if (seen.mean >= kMinSeenRight) return;
   verdict->Add({VerdictLevel::kDoubtful, "stereo",
                 fmt::format("{:.0f} % of the points in the right images", 100 * seen.mean),
@@ -268,7 +270,7 @@ void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* 
   }
 }
 
-// Images that show none of the points that are followed: their poses are of the IMU alone.
+// Images that show none of the points that are followed: little but the IMU tells their poses.
 void JudgeBlindness(const OdometryRun& run, Verdict* verdict) {
   constexpr double kMost_s = 1, kMostShare = 0.01;
   const double images = static_cast<double>(run.figures.turn_rate_rad_s.count);
@@ -279,7 +281,7 @@ void JudgeBlindness(const OdometryRun& run, Verdict* verdict) {
   if (seeing == 0 || blind_s <= most_s) return;
   verdict->Add({VerdictLevel::kDoubtful, "blind",
                 fmt::format("{:.1f} s of images that show none of the points that are followed, so "
-                            "that their poses are of the IMU alone",
+                            "that little but the IMU tells their poses",
                             blind_s),
                 fmt::format("at most {:.1f} s", most_s),
                 "keep the cameras uncovered, with light and texture in view"});
@@ -299,29 +301,47 @@ void JudgeSource(const OdometryRun& run, Verdict* verdict) {
   }
 }
 
-// What of the calibration is so far off that other recordings of the rig suffer, too.
-// Metres are those of the distance between the cameras. Where it is wrong, only the accelerometer
-// speaks against it, and then seems to have another scale along the ways that it was moved.
-void JudgeScale(const OdometryRun& run, Verdict* verdict) {
-  constexpr double kClear = 5, kMost = 0.02;
-  if (run.calibration.empty() || !IsStereo(run.rectified_rig)) return;
-  const CalibrationEstimate& e = run.calibration.back();
-  double worst = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double scale = e.imu_errors[kErrorAccelScale + axis];
-    const double sigma = e.imu_errors_sigma[kErrorAccelScale + axis];
-    if (std::abs(scale) > std::max({kMost, kClear * sigma, std::abs(worst)})) worst = scale;
+// How level the IMU's axes are in the mean, from 0 of one that is upright to 1.
+Eigen::Vector3d MeanLevelness(const std::vector<OnlineState>& states) {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  for (const OnlineState& state : states) {
+    up += state.T_world_imu.rotation.conjugate() * Eigen::Vector3d::UnitZ();
   }
-  if (worst == 0) return;
+  return Eigen::Vector3d::Ones() - up.cwiseAbs() / static_cast<double>(states.size());
+}
+
+// Metres are those of the distance between the cameras. Where it is wrong, only the accelerometer
+// speaks against it, and seems to have another scale along both its level axes alike; along the
+// upright one gravity tells that.
+void JudgeScale(const OdometryRun& run, Verdict* verdict) {
+  constexpr double kClear = 5, kMost = 0.025, kLevel = 0.5;
+  if (run.calibration.empty() || !UsesPair(run)) return;
+  const CalibrationEstimate& e = run.calibration.back();
+  const Eigen::Vector3d level = MeanLevelness(run.states);
+  double sum = 0, variance = 0, least = HUGE_VAL, most = -HUGE_VAL;
+  int count = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (level[axis] < kLevel) continue;
+    const double scale = e.imu_errors[kErrorAccelScale + axis];
+    sum += scale;
+    variance += std::pow(e.imu_errors_sigma[kErrorAccelScale + axis], 2);
+    least = std::min(least, scale);
+    most = std::max(most, scale);
+    ++count;
+  }
+  const double mean = sum / std::max(count, 1), sigma = std::sqrt(variance) / std::max(count, 1);
+  const bool are_alike = count >= 2 && least * most > 0;
+  if (!are_alike || std::abs(mean) < std::max(kMost, kClear * sigma)) return;
   verdict->Add(
-      {VerdictLevel::kDoubtful, "scale",
+      {VerdictLevel::kDoubtful, kScaleReason,
        fmt::format("an accelerometer that measures {:.1f} % too {} for the motion in the images",
-                   100 * std::abs(worst), worst > 0 ? "little" : "much"),
-       fmt::format("at most {:.0f} %", 100 * kMost),
+                   100 * std::abs(mean), mean > 0 ? "little" : "much"),
+       fmt::format("at most {:.1f} %", 100 * kMost),
        "measure the distance between the cameras, which all metres come from; or correct the "
        "accelerometer's scale; slcmap map --distance scales by what was measured"});
 }
 
+// What of the calibration is so far off that other recordings of the rig suffer, too.
 void JudgeCentre(const OdometryRun& run, Verdict* verdict) {
   constexpr double kClear = 5, kMost_px = 1;
   if (run.calibration.empty()) return;

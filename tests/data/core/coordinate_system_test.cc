@@ -51,6 +51,8 @@ TEST(CoordinateSystem, TakesHeightsAndOtherOrdersOfAxes) {
 
 TEST(CoordinateSystem, IsNamedAsListsHaveIt) {
   EXPECT_EQ(CoordinateSystem("epsg:25832").name(), "EPSG:25832");
+  EXPECT_EQ(NameOfSystem("EPSG:25832+ESRI:115700"), "EPSG:25832+ESRI:115700");
+  EXPECT_EQ(NameOfSystem("none such"), "none such");
   const CoordinateSystem with_heights("EPSG:5555");
   EXPECT_EQ(with_heights.name(), "EPSG:25832+5783");
   EXPECT_EQ(with_heights.name(), CoordinateSystem("EPSG:25832+5783").name());

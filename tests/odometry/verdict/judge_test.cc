@@ -225,12 +225,17 @@ TEST(Judge, ImagesThatShowNothingAreDoubtful) {
 TEST(Judge, AnAccelerometerThatSpeaksAgainstTheBaselineIsDoubtful) {
   OdometryRun run = GoodRun();
   CalibrationEstimate estimate;
-  estimate.imu_errors[kErrorAccelScale + 1] = 0.045;
-  estimate.imu_errors_sigma[kErrorAccelScale + 1] = 0.005;
+  estimate.imu_errors.segment<3>(kErrorAccelScale) << 0.045, 0.03, 0.005;
+  estimate.imu_errors_sigma.segment<3>(kErrorAccelScale).setConstant(0.005);
   run.calibration = {estimate};
   run.rectified_rig.cameras[1].width_px = 752;
   EXPECT_EQ(FindLevel(Judged(run), "scale"), VerdictLevel::kDoubtful);
-  run.calibration[0].imu_errors_sigma[kErrorAccelScale + 1] = 0.01;  // hardly known
+  Verdict withdrawn = Judged(run);
+  withdrawn.Withdraw("scale");
+  EXPECT_EQ(withdrawn.level, VerdictLevel::kGood);
+  run.calibration[0].imu_errors[kErrorAccelScale + 1] = -0.03;  // one axis is off, and another
+  EXPECT_EQ(FindLevel(Judged(run), "scale"), VerdictLevel::kGood);
+  run.calibration[0].imu_errors.segment<3>(kErrorAccelScale) << 0.02, 0.01, 0.08;  // upright
   EXPECT_EQ(FindLevel(Judged(run), "scale"), VerdictLevel::kGood);
 }
 
