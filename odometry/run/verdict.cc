@@ -3,7 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -301,36 +303,19 @@ void JudgeSource(const OdometryRun& run, Verdict* verdict) {
   }
 }
 
-// How level the IMU's axes are in the mean, from 0 of one that is upright to 1.
-Eigen::Vector3d MeanLevelness(const std::vector<OnlineState>& states) {
-  Eigen::Vector3d up = Eigen::Vector3d::Zero();
-  for (const OnlineState& state : states) {
-    up += state.T_world_imu.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-  }
-  return Eigen::Vector3d::Ones() - up.cwiseAbs() / static_cast<double>(states.size());
-}
-
 // Metres are those of the distance between the cameras. Where it is wrong, only the accelerometer
-// speaks against it, and seems to have another scale along both its level axes alike; along the
-// upright one gravity tells that.
+// speaks against it, and seems to have another scale along all axes that it was moved along, alike.
 void JudgeScale(const OdometryRun& run, Verdict* verdict) {
-  constexpr double kClear = 5, kMost = 0.025, kLevel = 0.5;
+  constexpr double kClear = 5, kMost = 0.025;
   if (run.calibration.empty() || !UsesPair(run)) return;
   const CalibrationEstimate& e = run.calibration.back();
-  const Eigen::Vector3d level = MeanLevelness(run.states);
-  double sum = 0, variance = 0, least = HUGE_VAL, most = -HUGE_VAL;
-  int count = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (level[axis] < kLevel) continue;
-    const double scale = e.imu_errors[kErrorAccelScale + axis];
-    sum += scale;
-    variance += std::pow(e.imu_errors_sigma[kErrorAccelScale + axis], 2);
-    least = std::min(least, scale);
-    most = std::max(most, scale);
-    ++count;
-  }
-  const double mean = sum / std::max(count, 1), sigma = std::sqrt(variance) / std::max(count, 1);
-  const bool are_alike = count >= 2 && least * most > 0;
+  const Eigen::Vector3d scales = e.imu_errors.segment<3>(kErrorAccelScale);
+  std::array<int, 3> axes = {0, 1, 2};
+  std::ranges::sort(axes, std::greater(), [&](int axis) { return std::abs(scales[axis]); });
+  const double mean = 0.5 * (scales[axes[0]] + scales[axes[1]]);
+  const double sigma = 0.5 * std::hypot(e.imu_errors_sigma[kErrorAccelScale + axes[0]],
+                                        e.imu_errors_sigma[kErrorAccelScale + axes[1]]);
+  const bool are_alike = scales[axes[0]] * scales[axes[1]] > 0;
   if (!are_alike || std::abs(mean) < std::max(kMost, kClear * sigma)) return;
   verdict->Add(
       {VerdictLevel::kDoubtful, kScaleReason,
