@@ -46,8 +46,8 @@ void PlaceOnControl(const Control& control, const Rig& raw, MapResult* map);
 inline constexpr const char* kScaledToControl = "scaled_to_control";
 
 // What pulls the run, which is scaled first where its metre is wrong by what was measured: points,
-// as far as three agree with it, and known distances that it has to 3
-// %; their sightings are added to it as observations of landmarks.
+// as far as three agree with it, and known distances from which it is not off by 3 % and more.
+// Their sightings are added to it as observations of landmarks.
 ControlTies TieToControl(const Control& control, OdometryRun* run);
 
 }  // namespace slcmap::mapping
