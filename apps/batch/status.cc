@@ -14,11 +14,12 @@ constexpr char kRunning[] = "running", kWaiting[] = "waiting";
 
 constexpr char kStatusStyle[] = R"(
 :root { color-scheme: light dark; }
-body { margin: 0 auto; padding: 2rem 1.2rem; max-width: 1180px;
+body { margin: 0 auto; padding: 2rem 1.2rem; max-width: 1400px;
   font: 15px/1.5 system-ui, sans-serif; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
-th, td { padding: 4px 10px; text-align: left; border-bottom: 1px solid #8884; vertical-align: top;
-  overflow-wrap: anywhere; }
+th, td { padding: 4px 10px; text-align: left; border-bottom: 1px solid #8884; vertical-align: top; }
+td:nth-last-child(2) { overflow-wrap: anywhere; min-width: 14rem; }  /* reasons hold long paths */
+a { white-space: nowrap; }
 td.number { text-align: right; } tr.failed td { background: #d4423322; }
 tr.doubtful td { background: #d6a01722; }
 )";
@@ -102,7 +103,7 @@ std::string Link(const std::string& path, const std::string& text) {
 std::string LinkedFiles(const JobStatus& job) {
   std::string html = "<td>";
   for (const std::string& file : job.files) {
-    html += Link(file, std::filesystem::path(file).filename().string()) + "<br>";
+    html += Link(file, std::filesystem::path(file).filename().string()) + " ";
   }
   return html + "</td>";
 }
