@@ -61,7 +61,7 @@ namespace {
 int ParseCode(std::string_view text) {
   int code = 0;
   const auto [stop, error] = std::from_chars(text.begin(), text.end(), code);
-  return error == std::errc() && stop == text.end() ? code : 0;
+  return error == std::errc() && stop == text.end() && code > 0 ? code : 0;
 }
 
 }  // namespace

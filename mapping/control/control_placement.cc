@@ -340,8 +340,9 @@ void ScaleRun(double times, OdometryRun* run) {
   constexpr double kForgotten = 10;
   const auto scale_cameras = [times](Rig* rig) {
     const Eigen::Vector3d first = rig->T_imu_camera[0].translation;
-    for (RigidTransform& T : rig->T_imu_camera)
+    for (RigidTransform& T : rig->T_imu_camera) {
       T.translation = first + times * (T.translation - first);
+    }
   };
   scale_cameras(&run->rectified_rig);
   if (run->source) scale_cameras(&run->source->raw_rig);

@@ -227,13 +227,7 @@ Names ReadNames(const std::string& path) {
 }
 
 bool LiesInSystem(const Names& names, const MapSource& source) {
-  const std::string found = SystemName(source);
-  if (names.crs.empty() || names.crs == found) return true;
-  try {  // it may be written otherwise
-    return !found.empty() && CoordinateSystem(names.crs).name() == found;
-  } catch (const ConfigError&) {  // no map lies in such
-    return false;
-  }
+  return names.crs.empty() || NameOfSystem(names.crs) == SystemName(source);
 }
 
 int ApplyNames(const Names& names, MapResult* map) {
