@@ -16,10 +16,10 @@
 #include "data/calibration/calibration.h"
 #include "data/core/error.h"
 #include "data/io/csv.h"
-#include "data/io/json.h"
 #include "data/io/yaml.h"
 #include "data/source/sequence.h"
 #include "mapping/control/control.h"
+#include "mapping/map/names.h"
 
 namespace slcmap::inline batch {
 namespace {
@@ -76,11 +76,7 @@ void CheckName(const std::string& key, const std::string& name, Faults* faults) 
 void CheckTitle(const std::string& key, const std::string& name, Faults* faults) {
   const bool is_line = std::ranges::none_of(
       name, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
-  try {
-    Json(name).dump();  // refuses what is no UTF-8
-    if (is_line && !name.empty() && name.size() <= kLongestName) return;
-  } catch (const Json::exception&) {
-  }
+  if (is_line && IsUtf8(name) && !name.empty() && name.size() <= kLongestName) return;
   faults->Add(fmt::format("{}: found '{}', expected a line of UTF-8, of up to {} bytes", key, name,
                           kLongestName));
 }

@@ -22,9 +22,7 @@ constexpr double kNearDoor_m = 0.6;
 
 void CheckEntry(const PlaceName& entry, bool needs_place) {
   if (entry.name.empty()) throw ConfigError(entry.place + ".name: found none, expected a text");
-  try {
-    Json(entry.name).dump();
-  } catch (const Json::exception&) {
+  if (!IsUtf8(entry.name)) {
     throw ConfigError(entry.place +
                       ".name: found bytes that are no UTF-8, expected a text: save "
                       "the file as UTF-8");
@@ -224,6 +222,15 @@ Names ReadNames(const std::string& path) {
   names.doors = ReadList(&root, "doors", "wall");
   root.Finish();
   return names;
+}
+
+bool IsUtf8(const std::string& text) {
+  try {
+    Json(text).dump();  // refuses what is none
+    return true;
+  } catch (const Json::exception&) {
+    return false;
+  }
 }
 
 bool LiesInSystem(const Names& names, const MapSource& source) {

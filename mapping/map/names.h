@@ -35,6 +35,9 @@ struct Names {
 // for entries without a name, or with neither or both of a place and an id.
 Names ReadNames(const std::string& path);
 
+// What a building, a storey or a room is called has to be.
+bool IsUtf8(const std::string& text);
+
 // Whether a map lies in the names' reference system, if they say one.
 bool LiesInSystem(const Names& names, const MapSource& source);
 
