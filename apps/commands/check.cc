@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/convert.h"
 #include "apps/commands/odometry_stage.h"
 #include "apps/commands/options.h"
 #include "apps/commands/progress.h"
@@ -23,6 +24,7 @@ struct CheckArguments {
 };
 
 void Check(const CheckArguments& arguments) {
+  RefuseVideo(arguments.sequence);
   const Progress progress = StageProgress("check");  // shown or not by the user's level
   // The report names each kind of damage; the readers need not say it too.
   const auto level = spdlog::get_level();

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/commands/convert.h"
 #include "data/core/error.h"
 #include "data/io/yaml.h"
 #include "data/source/sequence.h"
@@ -219,6 +220,7 @@ void ExpectFolder(const std::string& path, FolderKind expected) {
   if (status.type() == std::filesystem::file_type::not_found) fail("no such folder");
   if (error) throw DataError(fmt::format("{}: cannot be opened: {}", path, error.message()));
   if (expected == FolderKind::kSequence && IsBagRecording(path)) return;
+  if (expected == FolderKind::kSequence) RefuseVideo(path);
   if (status.type() != std::filesystem::file_type::directory) fail("a file");
   for (const Mark& mark : kMarks) {
     if (mark.kind == expected && Exists(path + "/" + mark.name)) return;

@@ -136,22 +136,13 @@ void ConvertToFolder(const ConvertArguments& arguments, const std::string& path)
   output.Commit();
 }
 
-// Of a video the log and all its frames.
 void ConvertVideo(const ConvertArguments& arguments, const std::string& path) {
   const SequencePart whole;
   if (arguments.part.from_s != whole.from_s || arguments.part.duration_s != whole.duration_s ||
       !arguments.opened.topics.empty()) {
     throw ConfigError("found --from, --duration or --topics for a video, expected them for others");
   }
-  const VideoRecording recording = FindVideoRecording(arguments.input, arguments.video);
-  std::vector<std::string> inputs = recording.logs;
-  inputs.push_back(recording.left);
-  OutputFolder output = FolderForRecording(path, inputs);
-  const VideoCounts counts =
-      UnpackVideo(recording, output.staging() + "/mav0", StageProgress("convert"));
-  LogCounts(
-      {{{"cam0", counts.left}, {"cam1", counts.right}, {"imu0", counts.imu}}, counts.warnings});
-  output.Commit();
+  UnpackVideoInto(path, arguments.input, arguments.video);
 }
 
 void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
@@ -160,25 +151,6 @@ void ConvertToBag(const ConvertArguments& arguments, const std::string& path,
     LogCounts(WriteBagRecording(*OpenInput(arguments), arguments.part, packing,
                                 arguments.keep_files, at, StageProgress("convert")));
   });
-}
-
-void CheckVideoOptions(const ConvertArguments& arguments, bool is_video,
-                       const BagPacking& packing) {
-  const VideoRecording& video = arguments.video;
-  const bool are_said = !video.logs.empty() || !video.frame_times.empty() || !video.right.empty() ||
-                        video.side_by_side;
-  if (are_said && !is_video) {
-    throw ConfigError(arguments.input +
-                      ": found --imu, --frame-times, --right or --side-by-side, expected them for "
-                      "a video alone");
-  }
-  if (!video.right.empty() && video.side_by_side) {
-    throw ConfigError("found --right and --side-by-side, expected one of them");
-  }
-  if (is_video && packing.form != kFolder) {
-    throw ConfigError(arguments.input + ": found a video to become a " + packing.form +
-                      ", expected a folder, which can be converted to a bag afterwards");
-  }
 }
 
 void ConvertRecording(const ConvertArguments& arguments, const std::string& path,
@@ -200,8 +172,11 @@ void Convert(const ConvertArguments& arguments) {
   const std::string& path = arguments.output.empty() ? arguments.folder : arguments.output;
   arguments.part.Check();
   const BagPacking packing = ParsePacking(path, arguments.packing);
-  const bool is_video = IsVideoRecording(arguments.input);
-  CheckVideoOptions(arguments, is_video, packing);
+  const bool is_video = CheckVideoOptions(arguments.input, arguments.video);
+  if (is_video && packing.form != kFolder) {
+    throw ConfigError(arguments.input + ": found a video to become a " + packing.form +
+                      ", expected a folder, which can be converted to a bag afterwards");
+  }
   if (is_video) {
     ConvertVideo(arguments, path);
   } else {
@@ -219,6 +194,54 @@ void Convert(const ConvertArguments& arguments) {
 }
 
 }  // namespace
+
+bool CheckVideoOptions(const std::string& input, const VideoRecording& video) {
+  const bool is_video = IsVideoRecording(input);
+  const bool are_said = !video.logs.empty() || !video.frame_times.empty() || !video.right.empty() ||
+                        video.side_by_side;
+  if (are_said && !is_video) {
+    throw ConfigError(input +
+                      ": found --imu, --frame-times, --right or --side-by-side, expected them for "
+                      "a video alone");
+  }
+  if (!video.right.empty() && video.side_by_side) {
+    throw ConfigError("found --right and --side-by-side, expected one of them");
+  }
+  return is_video;
+}
+
+void RefuseVideo(const std::string& path) {
+  if (!IsVideoRecording(path)) return;
+  throw DataError(path +
+                  ": found a video, expected a recorded sequence: slcmap convert makes a folder of "
+                  "one, and slcmap run takes it as it is");
+}
+
+void UnpackVideoInto(const std::string& path, const std::string& input,
+                     const VideoRecording& said) {
+  const VideoRecording recording = FindVideoRecording(input, said);
+  std::vector<std::string> inputs = recording.logs;
+  for (const std::string& file : {recording.left, recording.right, recording.frame_times}) {
+    if (!file.empty()) inputs.push_back(file);
+  }
+  OutputFolder output = FolderForRecording(path, inputs);
+  const VideoCounts counts =
+      UnpackVideo(recording, output.staging() + "/mav0", StageProgress("convert"));
+  LogCounts(
+      {{{"cam0", counts.left}, {"cam1", counts.right}, {"imu0", counts.imu}}, counts.warnings});
+  output.Commit();
+}
+
+void AddVideoOptions(CLI::App& command, VideoRecording* video) {
+  command.add_option("--imu", video->logs,
+                     "Log of a video's IMU (.csv or .jsonl), twice where its sensors are apart "
+                     "(default: the one called as the video is)");
+  command.add_option("--frame-times", video->frame_times,
+                     "Table of when a video's frames were taken, on the IMU's clock");
+  command.add_option("--right", video->right, "Video of the right camera");
+  command.add_flag("--side-by-side", video->side_by_side,
+                   "The video holds left and right images beside each other");
+}
 
 void MakeOutputBag(const std::string& path, const BagPacking& packing, const std::string& input,
                    const std::function<void(const std::string& at)>& make) {
@@ -272,21 +295,14 @@ void AddConvertCommand(CLI::App& app) {
                       "Start so many seconds after the first image");
   command->add_option("--duration", arguments->part.duration_s,
                       "Seconds of the recording to use; 0: to the end");
-  command->add_option("--imu", arguments->video.logs,
-                      "Log of a video's IMU (.csv or .jsonl), twice where its sensors are apart "
-                      "(default: the one called as the video is)");
-  command->add_option("--frame-times", arguments->video.frame_times,
-                      "Table of when a video's frames were taken, on the IMU's clock");
-  command->add_option("--right", arguments->video.right, "Video of the right camera");
-  command->add_flag("--side-by-side", arguments->video.side_by_side,
-                    "The video holds left and right images beside each other");
+  AddVideoOptions(*command, &arguments->video);
   command->footer(
       "Examples:\n  slcmap convert walk.bag walk\n"
       "  slcmap convert MH_01_easy MH_01_easy.mcap --packing zstd --duration 60\n"
       "  slcmap convert walk.mp4 walk --imu imu.csv\n"
       "  slcmap convert walk rig --topics left=/oak/left/image_raw,right=/oak/right/image_raw\n\n"
       "Images keep the stamps of their headers; topics are named as EuRoC's. All commands open\n"
-      "bags as they are: this is for videos, other programs, and parts of recordings.");
+      "bags as they are, and run videos: this is for other programs, and parts of recordings.");
   command->callback([arguments] { Convert(*arguments); });
 }
 

@@ -111,7 +111,8 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
       .add_option(
           "sequence", arguments->sequence,
           "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; or "
-          "a bag: ROS 1, rosbag2 (file or folder) or MCAP; without cam1, of one camera")
+          "a bag: ROS 1, rosbag2 (file or folder) or MCAP; without cam1, of one camera; run also "
+          "takes a video (mp4, mkv, mov, avi) with a log of its IMU")
       ->required();
   command.add_option("--method", arguments->method,
                      "slc (default: points, structural lines, points on lines), structural, "

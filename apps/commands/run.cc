@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/convert.h"
 #include "apps/commands/export.h"
 #include "apps/commands/map_stage.h"
 #include "apps/commands/odometry_stage.h"
@@ -22,6 +23,7 @@ namespace {
 
 struct RunArguments {
   OdometryArguments odometry;
+  VideoRecording video;
   PlanArguments plan;
   ControlArguments control;
   std::string output, names;
@@ -84,11 +86,25 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
   return PageIn(output);
 }
 
+// The folder of a video's images, which odometry and map read.
+std::string UnpackGivenVideo(const RunArguments& arguments) {
+  const std::string& video = arguments.odometry.sequence;
+  if (arguments.odometry.opened.calibration.empty()) {
+    throw ConfigError(video +
+                      ": found a video, which tells no calibration, expected --calibration "
+                      "rig.yaml; slcmap calibration reads those of others");
+  }
+  const std::string folder = arguments.output + "/recording";
+  UnpackVideoInto(folder, video, arguments.video);
+  return folder;
+}
+
 void RunAll(const RunArguments& arguments) {
   const std::string& output = arguments.output;
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
+  const bool is_video = CheckVideoOptions(odometry.sequence, arguments.video);
   std::vector<std::string> inputs = ListInputs(odometry);
   if (!arguments.names.empty()) inputs.push_back(arguments.names);
   const NamesFile names(arguments.names);  // refused before the work
@@ -102,6 +118,7 @@ void RunAll(const RunArguments& arguments) {
   CheckPagePlace(PageIn(output));
   auto map_folder = std::make_unique<OutputFolder>(output + "/map", MapFiles(), inputs);
   OutputFolder export_folder(output + "/export", ExportFiles(), inputs);
+  if (is_video) odometry.sequence = UnpackGivenVideo(arguments);
   const OdometryRun run = RunOdometryStage(odometry, [&] {
     // What the new run makes outdated does not stay where it would be taken for the new one's.
     map_folder->Open();
@@ -143,6 +160,7 @@ void AddRunCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("run", "Run all stages: odometry, map, export");
   const auto arguments = std::make_shared<RunArguments>();
   AddOdometryOptions(*command, &arguments->odometry);
+  AddVideoOptions(*command, &arguments->video);
   command
       ->add_option("-o,--output", arguments->output,
                    "Folder for the results: run, map, export and map.html")
@@ -154,7 +172,9 @@ void AddRunCommand(CLI::App& app) {
   AddExportOptions(*command, &arguments->exporting);
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"
-      "  slcmap run MH_01_easy -o out --from 40 --duration 20 --format glb\n\n"
+      "  slcmap run MH_01_easy -o out --from 40 --duration 20 --format glb\n"
+      "  slcmap run walk.mp4 --imu imu.csv --calibration rig.yaml -o out\n"
+      "      a video: it is written as images to out/recording first\n\n"
       "Where the sequence holds true poses, the accuracy is printed too.\n\n" +
       std::string(kVerdictHelp));
   command->callback([arguments] { RunAll(*arguments); });

@@ -97,6 +97,18 @@ bool IsHitAlong(const FaceGrid& grid, const cv::Rect& strip) {
   return 4 * cv::countNonZero(hit) > strip.area();
 }
 
+// Down to the floor through what nobody looked at, as a camera that walks past sees of passages.
+// What stands there, or a sill, leaves it as it is.
+void GrowToFloor(const FaceGrid& grid, cv::Rect* core) {
+  constexpr double kLeastSill_m = 0.85;  // that a window needs no proof of
+  if (core->y * grid.cell_m >= kLeastSill_m) return;
+  for (int row = core->y - 1; row >= 0; --row) {
+    if (IsHitAlong(grid, {core->x, row, core->width, 1})) return;
+  }
+  core->height += core->y;
+  core->y = 0;
+}
+
 // From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
 // what is over it, or as high as doors are. What is lower than a table is no door.
 void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
@@ -289,6 +301,7 @@ std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& la
                                        const cv::Rect& box) {
   auto core = FindCore(labels, label, box);
   if (!core) return std::nullopt;
+  GrowToFloor(grid, &*core);
   GrowUnseen(grid, &*core);
   GrowToJambs(grid, &*core);
   if (core->width * grid.cell_m < kBuildingMinOpening_m ||

@@ -56,17 +56,20 @@ struct RunFigures {
   FigureSummary acceleration_m_s2;
   // Share of a keyframe's points that its right image shows.
   FigureSummary seen_right;
+  // 1 for an image that shows none of the points that are followed, once one showed some; else 0.
+  FigureSummary blind;
 };
 
 // By the names of run.json.
-inline constexpr std::array<std::pair<const char*, FigureSummary RunFigures::*>, 7> kRunFigures = {
+inline constexpr std::array<std::pair<const char*, FigureSummary RunFigures::*>, 8> kRunFigures = {
     {{"points_rejected", &RunFigures::points_rejected},
      {"observations_rejected", &RunFigures::observations_rejected},
      {"reprojection_chi2", &RunFigures::reprojection_chi2},
      {"imu_chi2", &RunFigures::imu_chi2},
      {"turn_rate_rad_s", &RunFigures::turn_rate_rad_s},
      {"acceleration_m_s2", &RunFigures::acceleration_m_s2},
-     {"seen_right", &RunFigures::seen_right}}};
+     {"seen_right", &RunFigures::seen_right},
+     {"blind", &RunFigures::blind}}};
 
 // A pose as odometry first gave it out, at the moment of its image, with no look-ahead.
 struct OnlineState {

@@ -275,12 +275,10 @@ void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* 
 // Images that show none of the points that are followed: little but the IMU tells their poses.
 void JudgeBlindness(const OdometryRun& run, Verdict* verdict) {
   constexpr double kMost_s = 1, kMostShare = 0.01;
-  const double images = static_cast<double>(run.figures.turn_rate_rad_s.count);
-  const double seeing = static_cast<double>(run.figures.points_rejected.count);
   const double duration_s = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns);
-  const double blind_s = (1 - seeing / images) * duration_s;
+  const double blind_s = run.figures.blind.mean * duration_s;
   const double most_s = std::max(kMost_s, kMostShare * duration_s);
-  if (seeing == 0 || blind_s <= most_s) return;
+  if (blind_s <= most_s) return;
   verdict->Add({VerdictLevel::kDoubtful, "blind",
                 fmt::format("{:.1f} s of images that show none of the points that are followed, so "
                             "that little but the IMU tells their poses",

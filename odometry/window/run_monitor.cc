@@ -33,6 +33,8 @@ void FigureCollector::AddImage(int64_t stamp_ns, const FrameFit& fit) {
   turn_rate_rad_s_.Add(stamp_ns, fit.imu.turn_rate_rad_s);
   acceleration_m_s2_.Add(stamp_ns, fit.imu.acceleration_m_s2);
   if (fit.points > 0) points_rejected_.Add(stamp_ns, Share(fit.rejected, fit.points));
+  sees_ = sees_ || fit.points > 0;
+  if (sees_) blind_.Add(stamp_ns, fit.points > 0 ? 0 : 1);
 }
 
 void FigureCollector::AddKeyframe(int64_t stamp_ns, const WindowFit& fit) {
@@ -55,6 +57,7 @@ RunFigures FigureCollector::Figures() const {
   figures.turn_rate_rad_s = turn_rate_rad_s_.Summary();
   figures.acceleration_m_s2 = acceleration_m_s2_.Summary();
   figures.seen_right = seen_right_.Summary();
+  figures.blind = blind_.Summary();
   return figures;
 }
 

@@ -68,7 +68,8 @@ class FigureCollector {
   RunFigures Figures() const;
 
  private:
-  RunningFigure points_rejected_, observations_rejected_, reprojection_chi2_, imu_chi2_;
+  RunningFigure points_rejected_, observations_rejected_, reprojection_chi2_, imu_chi2_, blind_;
+  bool sees_ = false;  // an image has shown points
   RunningFigure turn_rate_rad_s_, acceleration_m_s2_, seen_right_;
 };
 

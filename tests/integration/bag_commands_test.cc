@@ -3,13 +3,17 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
+#include "data/source/asl_files.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/small_sequence.h"
 #include "tests/testing/temp_folder.h"
+#include "tests/testing/video_writer.h"
 
 namespace slcmap {
 namespace {
@@ -63,6 +67,40 @@ TEST_F(BagCommands, ARunHasTheSameBytesOfAFolderAndOfAnyBag) {
     EXPECT_EQ(Run(Convert("mav0", to, options)), of_folder);
   }
   EXPECT_EQ(Run(Convert("c.mcap", "again")), of_folder);
+}
+
+TEST_F(BagCommands, ARunOfAVideoIsThatOfItsImages) {
+  std::string times = "timestamp\n";
+  {
+    testing::VideoWriter video(folder_.Path("walk.mkv"), {640, 240});
+    Warnings warnings;
+    for (const ImageFile& left : ReadAslImages(folder_.Path("mav0/cam0"), &warnings)) {
+      cv::Mat both;
+      const std::string name = fs::path(left.path).filename();
+      cv::hconcat(cv::imread(left.path, cv::IMREAD_GRAYSCALE),
+                  cv::imread(folder_.Path("mav0/cam1/data/" + name), cv::IMREAD_GRAYSCALE), both);
+      video.Add(both, static_cast<int64_t>(std::count(times.begin(), times.end(), '\n')));
+      times += fmt::format("{}\n", left.stamp_ns);
+    }
+  }
+  folder_.Write("times.csv", times);
+  folder_.Write("walk.csv", ReadText(folder_.Path("mav0/imu0/data.csv")));
+  const std::string video = folder_.Path("walk.mkv"), rig = folder_.Path("mav0");
+  const std::string options = " --method points --force --format ply -o " + out_.Path("out");
+  const std::string of_video = " --side-by-side --frame-times " + folder_.Path("times.csv");
+  ExpectError("-q run " + video + options + of_video, 2, "expected --calibration");
+  for (const std::string command : {"odometry ", "map --poses x.tum ", "check "}) {
+    ExpectError("-q " + command + video + (command == "check " ? "" : " -o " + out_.Path("x")), 1,
+                "slcmap run takes it as it is");
+  }
+  ExpectSuccess("-q run " + video + options + of_video + " --calibration " + rig);
+  const std::string poses = ReadText(out_.Path("out/run/trajectory.tum"));
+  EXPECT_GT(poses.size(), 1000u);
+  EXPECT_TRUE(fs::exists(out_.Path("out/map/map.json")));
+  ExpectError("-q run " + video + options + of_video + " --calibration " + rig, 2,
+              "found a recording already");
+  ExpectSuccess("-q run " + rig + options);
+  EXPECT_EQ(ReadText(out_.Path("out/run/trajectory.tum")), poses);
 }
 
 TEST_F(BagCommands, CheckListsTheTopicsAndTheMapOpensTheBagAgain) {

@@ -265,8 +265,7 @@ class PlanBuilder {
     std::vector<std::pair<int, int>> pairs;
     for (const auto& [i, j] : {std::pair(a.before, b.behind), std::pair(a.behind, b.before)}) {
       const Side &p = sides_[i], &q = sides_[j];
-      const bool is_long = p.length_m() >= kLeastFace_m || q.length_m() >= kLeastFace_m;
-      if (is_long && p.normal().dot(q.normal()) > 0.99 &&
+      if (p.normal().dot(q.normal()) > 0.99 &&
           std::abs((q.from - p.from).dot(p.normal())) < 0.03) {
         pairs.emplace_back(i, j);
       }

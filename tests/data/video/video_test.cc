@@ -1,7 +1,4 @@
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-}
+#include "data/video/video.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +9,9 @@ extern "C" {
 #include "data/io/file.h"
 #include "data/io/image.h"
 #include "data/source/asl_files.h"
-#include "data/video/video.h"
 #include "tests/testing/caught.h"
 #include "tests/testing/temp_folder.h"
+#include "tests/testing/video_writer.h"
 
 namespace slcmap {
 namespace {
@@ -22,6 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::TempFolder;
+using testing::VideoWriter;
 
 constexpr int kWidth_px = 64, kHeight_px = 32;
 
@@ -32,65 +30,10 @@ cv::Mat MakeVideoFrame(int number) {
   return frame;
 }
 
-// Packs frames without loss, each at its own time.
-class VideoWriter {
- public:
-  explicit VideoWriter(const std::string& path) {
-    avformat_alloc_output_context2(&format_, nullptr, nullptr, path.c_str());
-    const AVCodec* codec = avcodec_find_encoder(AV_CODEC_ID_FFV1);
-    encoder_ = avcodec_alloc_context3(codec);
-    encoder_->width = kWidth_px;
-    encoder_->height = kHeight_px;
-    encoder_->pix_fmt = AV_PIX_FMT_GRAY8;
-    encoder_->time_base = {1, 1000};
-    avcodec_open2(encoder_, codec, nullptr);
-    stream_ = avformat_new_stream(format_, codec);
-    avcodec_parameters_from_context(stream_->codecpar, encoder_);
-    avio_open(&format_->pb, path.c_str(), AVIO_FLAG_WRITE);
-    EXPECT_GE(avformat_write_header(format_, nullptr), 0);
-  }
-  ~VideoWriter() {
-    Send(nullptr);
-    av_write_trailer(format_);
-    avio_closep(&format_->pb);
-    avcodec_free_context(&encoder_);
-    avformat_free_context(format_);
-  }
-
-  void Add(const cv::Mat& grey, int64_t time_ms) {
-    AVFrame* frame = av_frame_alloc();
-    frame->format = AV_PIX_FMT_GRAY8;
-    frame->width = grey.cols;
-    frame->height = grey.rows;
-    frame->pts = time_ms;
-    av_frame_get_buffer(frame, 0);
-    for (int row = 0; row < grey.rows; ++row) {
-      std::copy_n(grey.ptr(row), grey.cols, frame->data[0] + row * frame->linesize[0]);
-    }
-    Send(frame);
-    av_frame_free(&frame);
-  }
-
- private:
-  void Send(const AVFrame* frame) {
-    avcodec_send_frame(encoder_, frame);
-    AVPacket* packet = av_packet_alloc();
-    while (avcodec_receive_packet(encoder_, packet) >= 0) {
-      av_packet_rescale_ts(packet, encoder_->time_base, stream_->time_base);
-      av_interleaved_write_frame(format_, packet);
-    }
-    av_packet_free(&packet);
-  }
-
-  AVFormatContext* format_ = nullptr;
-  AVCodecContext* encoder_ = nullptr;
-  AVStream* stream_ = nullptr;
-};
-
 constexpr int64_t kTimes_ms[] = {1000, 1033, 1070, 1100, 1190};
 
 std::string WriteVideo(const TempFolder& folder, const std::string& name) {
-  VideoWriter writer(folder.Path(name));
+  VideoWriter writer(folder.Path(name), {kWidth_px, kHeight_px});
   for (int i = 0; i < 5; ++i) writer.Add(MakeVideoFrame(i), kTimes_ms[i]);
   return folder.Path(name);
 }

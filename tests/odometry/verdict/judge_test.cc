@@ -216,9 +216,9 @@ TEST(Judge, APrincipalPointThatIsClearlyOffIsToldWithoutDoubt) {
 
 TEST(Judge, ImagesThatShowNothingAreDoubtful) {
   OdometryRun run = GoodRun();
-  run.figures.points_rejected.count = 160;  // 1.6 s of 10 are dark
+  run.figures.blind = {0.16, 1, 200};  // 1.6 s of 10 are dark
   EXPECT_EQ(FindLevel(Judged(run), "blind"), VerdictLevel::kDoubtful);
-  run.figures.points_rejected.count = 180;
+  run.figures.blind.mean = 0.09;
   EXPECT_EQ(FindLevel(Judged(run), "blind"), VerdictLevel::kGood);
 }
 
