@@ -65,12 +65,21 @@ bool NamesAccel(const std::string& name) {
          name.starts_with("ay") || name.starts_with("az");
 }
 
-// 0 to 2 of a name that ends in x, y or z, its unit in brackets aside; -1 of others.
-int AxisIn(std::string name) {
-  name.resize(std::min(name.find_first_of("[("), name.size()));
-  while (!name.empty() && std::isspace(static_cast<unsigned char>(name.back()))) name.pop_back();
-  if (name.empty() || name.back() < 'x' || name.back() > 'z') return -1;
-  return name.back() - 'x';
+// 0 to 2 of a name with a word that is or ends in x, y or z, such as acc_x_m_s2 or gyroX(rad/s);
+// -1 of others.
+int AxisIn(const std::string& name) {
+  int axis = -1;
+  std::string word;
+  for (const char c : name.substr(0, name.find_first_of("[(")) + " ") {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      word += c;
+      continue;
+    }
+    const bool is_axis = !word.empty() && word.back() >= 'x' && word.back() <= 'z';
+    if (is_axis && (axis < 0 || word.size() == 1)) axis = word.back() - 'x';
+    word.clear();
+  }
+  return axis;
 }
 
 // Which columns hold what; -1: none.
@@ -91,8 +100,19 @@ bool IsWhole(const std::array<int, 3>& columns) {
                    "head the table: time_s, gyro_x, gyro_y, gyro_z, acc_x, acc_y, acc_z");
 }
 
+// Which sensor alone the name of a file says.
+std::pair<bool, bool> IsOfGyroOrAccel(const std::string& path) {
+  const std::string name = Lower(fs::path(path).stem().string());
+  const bool of_gyro = NamesGyro(name), of_accel = NamesAccel(name);
+  return {of_gyro && !of_accel, of_accel && !of_gyro};
+}
+
 Columns FromHeader(const std::string& path, const std::vector<std::string_view>& names) {
   Columns columns{-1, {-1, -1, -1}, {-1, -1, -1}};
+  const auto [of_gyro, of_accel] = IsOfGyroOrAccel(path);
+  // Of ROS, where it is what an accelerometer reads; phones call it so without gravity.
+  const bool is_of_ros = std::ranges::any_of(
+      names, [](std::string_view name) { return Lower(name).starts_with("angular_velocity"); });
   const auto take = [&](int column, const std::string& name, int* place) {
     if (*place >= 0) FailColumns(path, "more than one column like '" + name + "'");
     *place = column;
@@ -102,9 +122,10 @@ Columns FromHeader(const std::string& path, const std::vector<std::string_view>&
     const int axis = AxisIn(name);
     if (NamesTime(name)) {
       if (columns.time < 0) columns.time = i;
-    } else if (axis >= 0 && NamesAccel(name)) {
+    } else if (axis >= 0 && (NamesAccel(name) || (of_accel && name.size() == 1) ||
+                             (is_of_ros && name.starts_with("linear_acceleration")))) {
       take(i, name, &columns.accel[static_cast<size_t>(axis)]);
-    } else if (axis >= 0 && NamesGyro(name)) {
+    } else if (axis >= 0 && (NamesGyro(name) || (of_gyro && name.size() == 1))) {
       take(i, name, &columns.gyro[static_cast<size_t>(axis)]);
     }
   }
@@ -112,10 +133,10 @@ Columns FromHeader(const std::string& path, const std::vector<std::string_view>&
 }
 
 Columns WithoutHeader(const std::string& path, size_t count) {
-  const std::string name = Lower(std::filesystem::path(path).stem().string());
-  if (count == 4 && NamesAccel(name) != NamesGyro(name)) {
+  const auto [of_gyro, of_accel] = IsOfGyroOrAccel(path);
+  if (count == 4 && (of_gyro || of_accel)) {
     Columns columns;
-    (NamesAccel(name) ? columns.accel : columns.gyro) = {1, 2, 3};
+    (of_accel ? columns.accel : columns.gyro) = {1, 2, 3};
     return columns;
   }
   return {0, {1, 2, 3}, {4, 5, 6}};
@@ -270,9 +291,10 @@ SensorLog ReadJsonLines(const std::string& path, Warnings* warnings) {
 }
 
 // Reads .jsonl as Spectacular AI's recorder writes it, or .csv: a header that names a time and x, y
-// and z of a gyroscope, an accelerometer or both; without one, time, wx, wy, wz, ax, ay, az, or
-// four columns of the sensor that the file's name says. Stamps are in s, ms, us or ns, told by how
-// far they are apart. Rows that cannot be read are counted. Throws DataError and InputFault.
+// and z of a gyroscope, an accelerometer or both, or x, y and z alone of the sensor that the file's
+// name says; without one, time, wx, wy, wz, ax, ay, az, or four columns of that sensor. Stamps are
+// in s, ms, us or ns, told by how far they are apart. Rows that cannot be read are counted. Throws
+// DataError and InputFault.
 SensorLog ReadSensorLog(const std::string& path, Warnings* warnings) {
   return path.ends_with(".jsonl") ? ReadJsonLines(path, warnings) : ReadCsvLog(path, warnings);
 }

@@ -3,6 +3,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
 #include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
@@ -12,6 +13,7 @@ extern "C" {
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 
 namespace slcmap::inline data {
@@ -61,6 +63,7 @@ class VideoFile::Impl {
     decoder_.reset(avcodec_alloc_context3(codec));
     avcodec_parameters_to_context(decoder_.get(), Stream().codecpar);
     if (avcodec_open2(decoder_.get(), codec, nullptr) < 0) Fail("a stream without a decoder");
+    if (IsTaggedAsTurned()) warnings_.Add("videos_to_be_shown_turned_taken_as_stored", path_);
   }
 
   std::optional<VideoFrame> Next() {
@@ -92,6 +95,14 @@ class VideoFile::Impl {
 
  private:
   const AVStream& Stream() const { return *format_->streams[stream_]; }
+
+  // Phones tag so what was filmed upright; programs that calibrate may have turned its images.
+  bool IsTaggedAsTurned() const {
+    const uint8_t* matrix = av_stream_get_side_data(&Stream(), AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+    constexpr double kLeast_deg = 1;
+    return matrix != nullptr &&
+           std::abs(av_display_rotation_get(reinterpret_cast<const int32_t*>(matrix))) > kLeast_deg;
+  }
 
   [[noreturn]] void Fail(const std::string& found) const {
     throw DataError(fmt::format("{}: found {}, expected a video", path_, found));

@@ -4,6 +4,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
 }
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ namespace slcmap::testing {
 // Packs frames without loss, each at its own time.
 class VideoWriter {
  public:
-  VideoWriter(const std::string& path, const cv::Size& size_px) {
+  VideoWriter(const std::string& path, const cv::Size& size_px, double turned_deg = 0) {
     avformat_alloc_output_context2(&format_, nullptr, nullptr, path.c_str());
     const AVCodec* codec = avcodec_find_encoder(AV_CODEC_ID_FFV1);
     encoder_ = avcodec_alloc_context3(codec);
@@ -29,6 +30,12 @@ class VideoWriter {
     avcodec_open2(encoder_, codec, nullptr);
     stream_ = avformat_new_stream(format_, codec);
     avcodec_parameters_from_context(stream_->codecpar, encoder_);
+    if (turned_deg != 0) {
+      constexpr size_t kMatrixBytes = 36;
+      av_display_rotation_set(reinterpret_cast<int32_t*>(av_stream_new_side_data(
+                                  stream_, AV_PKT_DATA_DISPLAYMATRIX, kMatrixBytes)),
+                              turned_deg);
+    }
     avio_open(&format_->pb, path.c_str(), AVIO_FLAG_WRITE);
     EXPECT_GE(avformat_write_header(format_, nullptr), 0);
   }

@@ -106,6 +106,48 @@ TEST(Video, SideBySideIsSplit) {
   EXPECT_EQ(right.image.at<uchar>(3, 3), 15);
 }
 
+TEST(Video, ATagToTurnItIsTold) {
+  const TempFolder folder;
+  for (const double turned_deg : {0, 90}) {
+    const std::string path = folder.Path("walk.mov");
+    {
+      VideoWriter writer(path, {kWidth_px, kHeight_px}, turned_deg);
+      writer.Add(MakeVideoFrame(1), 1000);
+    }
+    VideoFile video(path);
+    EXPECT_EQ(video.warnings().entries().size(), turned_deg == 0 ? 0u : 1u);
+    EXPECT_EQ(video.Next()->grey.size(), cv::Size(kWidth_px, kHeight_px));
+  }
+}
+
+TEST(Video, LogsOfPhonesAndOfRosNameTheirColumnsOtherwise) {
+  const TempFolder folder;
+  const std::string video = WriteVideo(folder, "walk.mkv");
+  const auto unpack = [&](const std::vector<std::string>& logs) {
+    UnpackVideo(FindVideoRecording(video, {.logs = logs}), folder.Path("out"), {});
+    return ReadFile(folder.Path("out/imu0/data.csv"));
+  };
+  const std::string plain = unpack({folder.Write("a.csv", CsvLog("t,wx,wy,wz,ax,ay,az\n", 1e-9))});
+  for (const char* header : {"time_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,acc_x_m_s2,acc_y_m_s2,"
+                             "acc_z_m_s2\n",
+                             "%time,angular_velocity.x,angular_velocity.y,angular_velocity.z,"
+                             "linear_acceleration.x,linear_acceleration.y,linear_acceleration.z\n",
+                             "loggingTime,gyroRotationX(rad/s),gyroRotationY(rad/s),gyroRotationZ("
+                             "rad/s),accelX(m/s^2),accelY(m/s^2),accelZ(m/s^2)\n"}) {
+    EXPECT_EQ(unpack({folder.Write("b.csv", CsvLog(header, 1e-9))}), plain) << header;
+  }
+  std::string gyro = "time,seconds_elapsed,z,y,x\n", total = gyro;
+  for (int i = 0; i < 200; ++i) {
+    const int64_t stamp_ns = 1'000'000'000 + 5'000'000LL * i;
+    gyro += fmt::format("{},{},0.3,0.2,{}\n", stamp_ns, 0.005 * i, 0.1 * i);
+    total += fmt::format("{},{},9.8,0,{}\n", stamp_ns, 0.005 * i, i);
+  }
+  const std::string apart =
+      unpack({folder.Write("Gyroscope.csv", gyro), folder.Write("TotalAcceleration.csv", total)});
+  EXPECT_THAT(apart, HasSubstr("1005000000,0.1,0.2,0.3,,,\n"));
+  EXPECT_THAT(apart, HasSubstr("1005000000,,,,1,0,9.8\n"));
+}
+
 TEST(Video, JsonLinesTellTheTimesOfFrames) {
   const TempFolder folder;
   WriteVideo(folder, "data.mkv");
