@@ -267,7 +267,8 @@ PlacedFolders PlaceFolders(const std::vector<MapFolder>& folders, bool accept_ch
     if (const auto known = pairs.Find(key)) return *known;
     try {
       const ComparableMap& ours = held.Get(first);
-      pair = AlignTwo(ours.Get(), held.Get(second).Get(), of_pair);
+      pair = AlignTwo(ours.Get(), held.Get(second).Get(),
+                      BetweenPlaces(maps[first].on_earth, maps[second].on_earth), of_pair);
     } catch (const DataError& error) {  // of a map that cannot be merged at all
       pair.reason = error.what();
     }

@@ -37,8 +37,10 @@ constexpr double kSharedWalk = 0.5;  // of maps that should fit, and of one that
 constexpr double kHalfStorey_m = 1.5;
 constexpr double kSameTwin_m = 0.5;  // where two maps say that a third is
 
-// Of two places on Earth, each by some control points; and what a pair of them is worth.
+// Of two places on Earth, each by some control points; and what a pair of them is worth. Of one,
+// beside those of other maps.
 constexpr double kEarthSigma_m = 0.03, kEarthSigma_rad = 0.005, kWorthOnEarth = 10;
+constexpr double kPlaceSigma_m = 0.01, kPlaceSigma_rad = 0.001;
 
 double TurnBetween_rad(const RigidTransform& a, const RigidTransform& b) {
   return std::abs(ComputeYaw(a.Inverse() * b));
@@ -393,34 +395,49 @@ class MapPlacer {
     return false;
   }
 
-  // The second in the first by their places in one reference system.
-  static RigidTransform BetweenPlaces(const Georeference& first, const Georeference& second) {
-    Vector3d shift = LevelTransform(-first.turn_rad, Vector3d::Zero()).rotation *
-                     (second.origin_m - first.origin_m);
-    shift.head<2>() /= first.scale;
-    return LevelTransform(second.turn_rad - first.turn_rad, shift);
-  }
-
   // Groups that share nothing, as their places on Earth say, as far as these agree.
   void JoinOnEarth() {
     const std::size_t known = pairs_.size();
     for (std::size_t a = 0; a < maps_.size(); ++a) {
       for (std::size_t b = a + 1; b < maps_.size(); ++b) {
-        const std::optional<Georeference>&on_a = maps_[a].on_earth, &on_b = maps_[b].on_earth;
         if (placed_[a].group == placed_[b].group) continue;
-        if (!on_a || !on_b || on_a->crs != on_b->crs) continue;
-        MapAlignment found;
-        found.T_first_second = BetweenPlaces(*on_a, *on_b);
-        found.lines_m = kWorthOnEarth;
-        found.information.centre_first = found.T_first_second * indexed_[b].WalkMiddle();
-        found.information.of_turn_and_shift.diagonal()
-            << Eigen::Vector4d(kEarthSigma_rad, kEarthSigma_m, kEarthSigma_m, kEarthSigma_m)
-                   .cwiseAbs2()
-                   .cwiseInverse();
-        pairs_.push_back({a, b, found});
+        if (const auto pair = PairOnEarth(a, b, kEarthSigma_m, kEarthSigma_rad)) {
+          pairs_.push_back(*pair);
+        }
       }
     }
     for (std::size_t i = known; i < pairs_.size(); ++i) Join(pairs_[i]);
+  }
+
+  std::optional<AlignedPair> PairOnEarth(std::size_t a, std::size_t b, double sigma_m,
+                                         double sigma_rad) const {
+    const auto T_a_b = BetweenPlaces(maps_[a].on_earth, maps_[b].on_earth);
+    if (!T_a_b) return std::nullopt;
+    MapAlignment found;
+    found.T_first_second = *T_a_b;
+    found.lines_m = kWorthOnEarth;
+    found.information.centre_first = found.T_first_second * indexed_[b].WalkMiddle();
+    found.information.of_turn_and_shift.diagonal()
+        << Eigen::Vector4d(sigma_rad, sigma_m, sigma_m, sigma_m).cwiseAbs2().cwiseInverse();
+    return AlignedPair{a, b, found};
+  }
+
+  // What the places of a group's maps on Earth say of each other, as far as they agree with where
+  // the maps are: as much in all as each by itself.
+  std::deque<AlignedPair> PairsOnEarth(const std::vector<std::size_t>& maps) const {
+    std::deque<AlignedPair> pairs;
+    const double together = std::sqrt(static_cast<double>(maps.size()));
+    for (const std::size_t a : maps) {
+      for (const std::size_t b : maps) {
+        const auto pair =
+            a < b ? PairOnEarth(a, b, together * kPlaceSigma_m, together * kPlaceSigma_rad)
+                  : std::nullopt;
+        if (pair && Agrees(*pair, BetweenGroups(*pair), {}, FindMiddle(*pair), maps.size())) {
+          pairs.push_back(*pair);
+        }
+      }
+    }
+    return pairs;
   }
 
   MapPlacement Finish() {
@@ -430,7 +447,10 @@ class MapPlacer {
     double squares_m2 = 0;
     for (const auto& [group, maps] : groups) {
       const std::vector<const AlignedPair*> used = PairsWithin(group, maps.size());
-      if (maps.size() > 1) AdjustPairs(used, maps, &placed_);
+      const std::deque<AlignedPair> on_earth = PairsOnEarth(maps);
+      std::vector<const AlignedPair*> all = used;
+      for (const AlignedPair& pair : on_earth) all.push_back(&pair);
+      if (maps.size() > 1) AdjustPairs(all, maps, &placed_);
       for (const AlignedPair* pair : used) {
         squares_m2 += ComputeOff(*pair, placed_).tail<3>().squaredNorm();
       }
@@ -493,11 +513,22 @@ class MapPlacer {
 
 }  // namespace
 
+std::optional<RigidTransform> BetweenPlaces(const std::optional<Georeference>& first,
+                                            const std::optional<Georeference>& second) {
+  if (!first || !second || first->crs != second->crs) return std::nullopt;
+  Vector3d shift = LevelTransform(-first->turn_rad, Vector3d::Zero()).rotation *
+                   (second->origin_m - first->origin_m);
+  shift.head<2>() /= first->scale;
+  return LevelTransform(second->turn_rad - first->turn_rad, shift);
+}
+
 AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
-                     const Progress& progress) {
+                     const std::optional<RigidTransform>& T_on_earth, const Progress& progress) {
+  AlignmentOptions options;
+  if (T_on_earth) options.start = {T_on_earth->translation, ComputeYaw(*T_on_earth)};
   AlignedPair pair;
   try {
-    pair.found = AlignMaps(first, second, AlignmentOptions(), progress);
+    pair.found = AlignMaps(first, second, options, progress);
   } catch (const AlignmentError& error) {
     pair.reason = error.what();
     pair.places = error.places();

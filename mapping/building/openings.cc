@@ -110,7 +110,8 @@ void GrowToFloor(const FaceGrid& grid, cv::Rect* core) {
 }
 
 // From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
-// what is over it, or as high as doors are. What is lower than a table is no door.
+// what is over it, or as high as doors are; to the top where more rays pass over it than end there.
+// What is lower than a table is no door.
 void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
   constexpr double kUsualDoor_m = 2.1, kTable_m = 0.9;
   const int top = core->y + core->height;
@@ -120,6 +121,9 @@ void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
          !IsHitAlong(grid, {core->x, core->y + core->height, core->width, 1})) {
     ++core->height;
   }
+  const int reached = core->y + core->height;
+  const cv::Rect over(core->x, reached, core->width, grid.rows() - reached);
+  if (cv::sum(grid.passes(over))[0] > cv::sum(grid.support(over))[0]) core->height += over.height;
 }
 
 // How many columns there are from one on to the wall beside an opening; 0 where it is far.

@@ -262,11 +262,14 @@ class PlanBuilder {
   // The sides of the two walls at a gap that go on across it, as pairs.
   std::vector<std::pair<int, int>> SidesAcross(const Gap& gap) const {
     const Side &a = sides_[gap.first], &b = sides_[gap.second];
+    const Vector2d way = (gap.to - gap.from).normalized(), across(-way.y(), way.x());
     std::vector<std::pair<int, int>> pairs;
     for (const auto& [i, j] : {std::pair(a.before, b.behind), std::pair(a.behind, b.before)}) {
       const Side &p = sides_[i], &q = sides_[j];
-      if (p.normal().dot(q.normal()) > 0.99 &&
-          std::abs((q.from - p.from).dot(p.normal())) < 0.03) {
+      // Sides of posts are short, and drawn by few pixels.
+      const bool are_long = p.length_m() >= kLeastFace_m && q.length_m() >= kLeastFace_m;
+      if (p.normal().dot(q.normal()) > (are_long ? 0.99 : 0.9) &&
+          std::abs((q.from - p.from).dot(across)) < 0.03) {
         pairs.emplace_back(i, j);
       }
     }
@@ -280,6 +283,15 @@ class PlanBuilder {
         return pair.first == side || pair.second == side;
       });
     });
+  }
+
+  // A post's sides tell little of the heading.
+  const Side& FindLongest(const std::vector<int>& group, int root) const {
+    const Side* longest = &sides_[static_cast<size_t>(root)];
+    for (size_t i = 0; i < sides_.size(); ++i) {
+      if (group[i] == root && sides_[i].length_m() > longest->length_m()) longest = &sides_[i];
+    }
+    return *longest;
   }
 
   // Faces of walls that go on across doors are told as one.
@@ -299,7 +311,14 @@ class PlanBuilder {
     builder_->SetPlacement(0, Eigen::Isometry3d::Identity());
     for (size_t root = 0; root < sides_.size(); ++root) {
       if (group[root] != static_cast<int>(root) || !IsJoined(static_cast<int>(root))) continue;
-      const Side& base = sides_[root];
+      Side base = FindLongest(group, static_cast<int>(root));
+      if (base.length_m() < kLeastFace_m) {
+        const auto door = std::ranges::find_if(
+            doors, [&](const auto& of) { return group[of.first] == static_cast<int>(root); });
+        const Gap& gap = gaps_[door->second];
+        const Vector2d way = (gap.to - gap.from).normalized();
+        base.to = base.from + base.length_m() * (way.dot(base.along()) < 0 ? -1 : 1) * way;
+      }
       const Vector2d along = base.along();
       double from = 0, to = base.length_m();
       for (size_t i = 0; i < sides_.size(); ++i) {

@@ -117,6 +117,21 @@ TEST_F(MapsToPlace, StoreysThatNoWalkJoinsLieAsTheirControlPointsSay) {
   EXPECT_EQ(Place().maps[3].group, 1u);
 }
 
+TEST_F(MapsToPlace, ControlPointsHaveTheirSayBesideWhatMapsShare) {
+  AddMap(Turned(0, {0, 0, 0}));
+  AddMap(Turned(0, {3, 0, 0}));
+  Fit(0, 1, Turned(0, {0.06, 0, 0}));
+  const auto off_m = [&] { return Place().maps[1].T_group_map.translation.x() - 3; };
+  EXPECT_NEAR(off_m(), 0.06, 1e-6);
+  for (std::size_t i = 0; i < 2; ++i) {
+    maps_[i].on_earth = {"EPSG:25832", Vector3d(691000, 5334000, 500) + truth_[i].translation};
+  }
+  EXPECT_GT(off_m(), 0.01);
+  EXPECT_LT(off_m(), 0.05);
+  maps_[1].on_earth->origin_m.x() += 0.5;  // too far off to be believed
+  EXPECT_NEAR(off_m(), 0.06, 1e-6);
+}
+
 TEST_F(MapsToPlace, OfThreePairsThatDoNotCloseNoneIsTaken) {
   for (int i = 0; i < 3; ++i) AddMap(Turned(0, {0.1 * i, 0, 0}));
   Fit(0, 1);

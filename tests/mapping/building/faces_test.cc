@@ -384,6 +384,33 @@ TEST(FindOpenings, ADoorReachesToTheWallsBesideIt) {
   }
 }
 
+// As one sees of an opening whom it is beside: neither its floor nor what is over it.
+TEST(FindOpenings, WhatIsSeenThroughIsOpenDownToTheFloorAndUpToTheTopUnlessSomethingStandsThere) {
+  struct Case {
+    double sill_m, lintel_m;  // that were measured, from the floor and from the top; 0: none
+    bool is_passed_over;      // a few rays between it and the top
+    double low_m, high_m;     // that it has to have
+  };
+  for (const Case& each : {Case{0, 0.7, false, 0, 2.1}, Case{0.6, 0.7, false, 0.6, 2.1},
+                           Case{0, 0, true, 0, kFaceHeight_m}, Case{0, 0, false, 0, 2.1}}) {
+    FaceGrid grid = GridOfAFace();
+    Face face;
+    face.to_m = kFaceLength_m;
+    Support(0, 1, 0, kFaceHeight_m, &grid);
+    Support(2, kFaceLength_m, 0, kFaceHeight_m, &grid);
+    Support(1, 2, 0, each.sill_m, &grid);
+    Support(1, 2, kFaceHeight_m - each.lintel_m, kFaceHeight_m, &grid);
+    if (each.is_passed_over) Pass(1.2, 1.4, 2.4, 2.6, &grid);
+    Pass(1, 2, 0.7, 2, &grid);
+    Level level;
+    level.top_m = kFaceHeight_m;
+    const auto openings = FindOpenings(face, grid, level, {});
+    ASSERT_EQ(openings.size(), 1u);
+    EXPECT_NEAR(openings[0].low_m, each.low_m, 0.11);
+    EXPECT_NEAR(openings[0].high_m, each.high_m, 0.11);
+  }
+}
+
 // As the panes of two windows, behind the wall between them.
 TEST(FindCover, WhatNobodySawBetweenIsCoveredButNotMeasured) {
   FaceGrid grid = GridOfAFace();
