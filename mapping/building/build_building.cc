@@ -41,13 +41,15 @@ struct LevelData {
   std::vector<WallFace> unseen;  // backs of walls
 };
 
-std::vector<WallFace> MakeWalls(const std::vector<BuiltFace>& faces) {
+std::vector<WallFace> MakeWalls(const std::vector<BuiltFace>& faces, double top_m) {
   std::vector<WallFace> walls;
   for (const BuiltFace& built : faces) {
     if (!built.is_wall) continue;
     WallFace wall = built.wall;
     for (const FaceOpening& opening : built.openings) {
-      if (opening.kind == OpeningKind::kDoor) wall.doors.push_back({opening.from_m, opening.to_m});
+      const Interval along{opening.from_m, opening.to_m};
+      if (opening.kind == OpeningKind::kDoor) wall.doors.push_back(along);
+      if (opening.IsGap(top_m)) wall.gaps.push_back(along);
     }
     walls.push_back(std::move(wall));
   }
@@ -225,13 +227,13 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     built.openings = FindOpenings(built.wall.face, data->grids[k], level, input);
   }
   CutAtGaps(level, &data->faces);
-  data->unseen = UnseenFaces(MakeWalls(data->faces), options);
+  data->unseen = UnseenFaces(MakeWalls(data->faces, level.top_m), options);
 }
 
 void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
               const BuildingOptions& options, const LevelData& data, const FreeSpace& inside,
               Building* building) {
-  std::vector<WallFace> walls = MakeWalls(data.faces);
+  std::vector<WallFace> walls = MakeWalls(data.faces, level.top_m);
   walls.insert(walls.end(), data.unseen.begin(), data.unseen.end());
   for (const FoundRoom& found : FindRooms(walls, inside, options)) {
     Room room;

@@ -16,6 +16,11 @@ struct FaceOpening {
   OpeningKind kind = OpeningKind::kPassage;
   bool walked = false;
   double from_m = 0, to_m = 0, low_m = 0, high_m = 0;
+
+  // Of its wall, which is as high: nothing is over it.
+  bool IsGap(double top_m) const {
+    return kind == OpeningKind::kPassage && high_m >= top_m - kLintel_m;
+  }
 };
 
 // Regions of cells that were passed, with something measured at either side, large enough; what was

@@ -6,6 +6,7 @@
 #include <boost/graph/connected_components.hpp>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <map>
 #include <vector>
 
@@ -150,11 +151,27 @@ PlanPoints MakeFrame(const std::vector<WallLine>& lines, const FreeSpace& free) 
   return frame;
 }
 
-std::vector<Cell> FindCells(const std::vector<WallLine>& lines, const FreeSpace& free) {
+// Across a wall at the ends of its gaps, so that what lies in them is a cell of its own.
+std::vector<PlanPoints> FindCheeks(const WallFace& wall, double max_thickness_m) {
+  std::vector<PlanPoints> cheeks;
+  for (const Interval& gap : wall.gaps) {
+    for (const double at_m : {gap.from_m, gap.to_m}) {
+      const Vector2d p = wall.face.PointAt(at_m);
+      cheeks.push_back({p, p - max_thickness_m * wall.face.normal});
+    }
+  }
+  return cheeks;
+}
+
+std::vector<Cell> FindCells(const std::vector<WallLine>& lines, const FreeSpace& free,
+                            double max_thickness_m) {
   const PlanPoints frame = MakeFrame(lines, free);
   if (frame.empty()) return {};
   std::vector<PlanPoints> chains = {frame};
-  for (const WallLine& line : lines) chains.push_back(line.Chain());
+  for (const WallLine& line : lines) {
+    chains.push_back(line.Chain());
+    std::ranges::copy(FindCheeks(*line.wall, max_thickness_m), std::back_inserter(chains));
+  }
   std::vector<Cell> cells;
   for (Polygon& polygon : ArrangementCells(chains, kPlanGrid_m)) {
     Cell cell{std::move(polygon)};
@@ -241,7 +258,7 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options) {
   const std::vector<WallLine> lines = CollectLines(walls, free, options);
-  std::vector<Cell> cells = FindCells(lines, free);
+  std::vector<Cell> cells = FindCells(lines, free, options.max_thickness_m);
   FindWallBodies(walls, lines, options, &cells);
   BorderFinder finder(lines);
   for (size_t i = 0; i < cells.size(); ++i) {

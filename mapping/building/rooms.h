@@ -15,9 +15,10 @@ struct WallFace {
   Face face;
   std::vector<double> shares;
   double step_m = 0.05;
-  double measured_m = 0;             // of its length, without what was not seen between
-  std::vector<bool> is_solid = {};   // of each step: from floor to top, hardly a ray went through
-  std::vector<Interval> doors = {};  // along the face, where rooms are looked for
+  double measured_m = 0;            // of its length, without what was not seen between
+  std::vector<bool> is_solid = {};  // of each step: from floor to top, hardly a ray went through
+  // Along the face, where rooms are looked for: doors, and gaps from floor to top.
+  std::vector<Interval> doors = {}, gaps = {};
 };
 
 // What a room is in the plan.

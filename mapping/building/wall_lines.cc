@@ -109,19 +109,20 @@ class LineChain {
   bool IsCovered(int step) const {
     const int at = step - before_;
     return at >= 0 && at < static_cast<int>(wall_.shares.size()) &&
-           wall_.shares[static_cast<size_t>(at)] > 0;
+           wall_.shares[static_cast<size_t>(at)] > 0 && !IsIn(wall_.gaps, step);
   }
 
-  bool IsDoor(int step) const {
+  bool IsIn(const std::vector<Interval>& parts, int step) const {
     const double at_m = PlaceAt(step + 0.5);
     return std::ranges::any_of(
-        wall_.doors, [&](const Interval& door) { return at_m > door.from_m && at_m < door.to_m; });
+        parts, [&](const Interval& part) { return at_m > part.from_m && at_m < part.to_m; });
   }
 
   // Nats a metre: what is measured of neighbouring steps is alike.
   double ComputeCost(int step, uint8_t kind) const {
     constexpr double kSeen = 10, kWidth = 3, kUnseen = 0.5;
-    if (kind == kOpening && IsDoor(step)) return 0;
+    if (IsIn(wall_.gaps, step)) return kind == kOpen ? 0 : kSeen;
+    if (kind == kOpening && IsIn(wall_.doors, step)) return 0;
     if (kind != kWall) return (IsCovered(step) ? kSeen : 0) + (kind == kOpening ? kWidth : 0);
     if (IsCovered(step)) return 0;
     // Just behind the face: rays along a wall pass right before it.
@@ -244,7 +245,9 @@ WallFace Opposite(const WallFace& wall, double thickness_m, double thickness_sig
   back.face.from_m = -wall.face.to_m;
   back.face.to_m = -wall.face.from_m;
   std::reverse(back.shares.begin(), back.shares.end());
-  for (Interval& door : back.doors) door = {-door.to_m, -door.from_m};
+  for (auto* parts : {&back.doors, &back.gaps}) {
+    for (Interval& part : *parts) part = {-part.to_m, -part.from_m};
+  }
   return back;
 }
 

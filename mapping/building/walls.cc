@@ -150,7 +150,7 @@ bool IsLong(const BuiltFace& built) {
 // the jamb of a door across, or the like.
 bool EndsAt(const WallFace& wall, const FaceOpening& opening, double top_m) {
   const Face& face = wall.face;
-  return opening.kind == OpeningKind::kPassage && opening.high_m >= top_m - kLintel_m &&
+  return opening.IsGap(top_m) &&
          (CoveredLength(wall, {face.from_m, opening.from_m}) < kToCorner_m ||
           CoveredLength(wall, {opening.to_m, face.to_m}) < kToCorner_m);
 }
