@@ -244,6 +244,15 @@ MapAlignment AlignMaps(const ComparedMap& first, const ComparedMap& second,
   return Aligner(first, second, options, progress).Align();
 }
 
+std::optional<RigidTransform> BetweenPlaces(const std::optional<Georeference>& first,
+                                            const std::optional<Georeference>& second) {
+  if (!first || !second || first->crs != second->crs) return std::nullopt;
+  Eigen::Vector3d shift = LevelTransform(-first->turn_rad, Eigen::Vector3d::Zero()).rotation *
+                          (second->origin_m - first->origin_m);
+  shift.head<2>() /= first->scale;
+  return LevelTransform(second->turn_rad - first->turn_rad, shift);
+}
+
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
                        const AlignmentOptions& options, const Progress& progress) {
   const AlignmentFeatures ours = FindFeatures(first), theirs = FindFeatures(second);

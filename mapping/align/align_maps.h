@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "data/core/coordinate_system.h"
 #include "data/core/error.h"
 #include "data/core/progress.h"
 #include "mapping/align/map_agreement.h"
@@ -49,6 +50,11 @@ struct MapAlignment {
   double rival_share = 0;
   FitInformation information = {};
 };
+
+// The second in the first by their places on Earth; nothing where one has none, or they are of two
+// systems.
+std::optional<RigidTransform> BetweenPlaces(const std::optional<Georeference>& first,
+                                            const std::optional<Georeference>& second);
 
 // Deterministic. Throws AlignmentError, saying what was found and what was expected, where the maps
 // do not share enough, contradict each other, or fit together in several ways about as well, and

@@ -513,15 +513,6 @@ class MapPlacer {
 
 }  // namespace
 
-std::optional<RigidTransform> BetweenPlaces(const std::optional<Georeference>& first,
-                                            const std::optional<Georeference>& second) {
-  if (!first || !second || first->crs != second->crs) return std::nullopt;
-  Vector3d shift = LevelTransform(-first->turn_rad, Vector3d::Zero()).rotation *
-                   (second->origin_m - first->origin_m);
-  shift.head<2>() /= first->scale;
-  return LevelTransform(second->turn_rad - first->turn_rad, shift);
-}
-
 AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
                      const std::optional<RigidTransform>& T_on_earth, const Progress& progress) {
   AlignmentOptions options;

@@ -31,11 +31,6 @@ struct AlignedPair {
 };
 using AlignPair = std::function<AlignedPair(std::size_t first, std::size_t second)>;
 
-// The second in the first by their places on Earth; nothing where one has none, or they are of two
-// systems.
-std::optional<RigidTransform> BetweenPlaces(const std::optional<Georeference>& first,
-                                            const std::optional<Georeference>& second);
-
 // As AlignMaps, with what it throws of two maps as the reason. About where their places on Earth
 // say, if there is that; not far from there.
 AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
