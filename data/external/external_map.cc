@@ -32,10 +32,6 @@ constexpr Unread kUnread[] = {
     {"glTF", "a glTF file", "export it as PLY or OBJ"},
     {"AutoCAD Binary DXF", "a binary DXF", "save it as ASCII DXF (R12)"},
     {"AC10", "a DWG drawing", "save it as DXF (R12)"},
-    {"ply\nformat binary_big_endian", "a big-endian PLY",
-     "save it as binary little endian or ascii"},
-    {"ply\r\nformat binary_big_endian", "a big-endian PLY",
-     "save it as binary little endian or ascii"},
     {"\x93NUMPY", "a NumPy array", "save it as text or OBJ (limap: limapio.save_obj)"},
     {"#ROSBAG", "a ROS bag", "write the message as text: rostopic echo -p, or as PCD or PLY"}};
 

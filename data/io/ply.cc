@@ -193,10 +193,13 @@ class Reader {
   }
 
   void ReadFormat(const std::vector<std::string_view>& words) {
-    ascii_ = words.size() > 1 && words[1] == "ascii";
-    if (!ascii_ && (words.size() < 2 || words[1] != "binary_little_endian")) {
-      Fail(fmt::format("found PLY format '{}', expected binary_little_endian or ascii",
-                       words.size() > 1 ? words[1] : ""));
+    const std::string_view form = words.size() > 1 ? words[1] : "";
+    ascii_ = form == "ascii";
+    is_big_endian_ = form == "binary_big_endian";
+    if (!ascii_ && !is_big_endian_ && form != "binary_little_endian") {
+      Fail(fmt::format(
+          "found PLY format '{}', expected ascii, binary_little_endian or binary_big_endian",
+          form));
     }
   }
 
@@ -243,7 +246,9 @@ class Reader {
   double Take() {
     if (bytes_.size() - position_ < sizeof(T)) FailShort();
     T value;
-    std::memcpy(&value, bytes_.data() + position_, sizeof value);
+    char* const first = bytes_.data() + position_;
+    if (is_big_endian_) std::reverse(first, first + sizeof value);
+    std::memcpy(&value, first, sizeof value);
     position_ += sizeof value;
     return static_cast<double>(value);
   }
@@ -307,7 +312,7 @@ class Reader {
   std::string path_;
   std::string bytes_;
   std::size_t position_ = 0;
-  bool ascii_ = false;
+  bool ascii_ = false, is_big_endian_ = false;
   PlyFile file_;
   std::vector<std::vector<Declared>> declared_;  // per element
   std::vector<std::size_t> counts_;              // per element

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
 #include <tuple>
 
 #include "data/core/error.h"
@@ -73,6 +74,16 @@ TEST(Ply, ReadsAsciiFromOtherPrograms) {
   EXPECT_THAT(file.faces, ElementsAre(ElementsAre(0, 1, 0)));
 }
 
+TEST(Ply, ReadsBigEndian) {
+  using std::string_literals::operator""s;
+  WriteFile(kPath,
+            "ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty float x\n"
+            "property ushort a\nend_header\n\x3f\xc0\x00\x00\x01\x02"s);
+  const PlyFile file = ReadPly(kPath);
+  EXPECT_THAT(file.Get("vertex", kPath).Get("x", kPath).values, ElementsAre(1.5));
+  EXPECT_THAT(file.Get("vertex", kPath).Get("a", kPath).values, ElementsAre(258));
+}
+
 TEST(Ply, FacesComeBackAndRefuseVerticesThatCannotBe) {
   PlyElement vertices{"vertex", {{"x", PlyType::kFloat, {1, 2, 3, 4}}}};
   const std::vector<std::vector<int32_t>> faces = {{0, 1, 2}, {0, 1, 2, 3}};
@@ -114,7 +125,7 @@ TEST(Ply, DamageIsNamed) {
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n";
   expect_error("solid cube\n", "expected a PLY file");
   expect_error("ply\nformat ascii 1.0\n", "no end_header");
-  expect_error("ply\nformat binary_big_endian 1.0\nend_header\n", "binary_big_endian");
+  expect_error("ply\nformat binary_middle_endian 1.0\nend_header\n", "binary_middle_endian");
   expect_error("ply\nformat ascii 1.0\nelement vertex two\nend_header\n", "element NAME COUNT");
   expect_error("ply\nformat ascii 1.0\nproperty float x\nend_header\n", "property TYPE NAME");
   expect_error("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n", "'half'");
