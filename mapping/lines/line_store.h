@@ -83,6 +83,7 @@ struct TrackedLine {
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   SurfacesBeside surfaces;
   int parallels = 0;           // lines beside it, see line_kinds.h
+  double trim = 0;             // how much of a crease is beneath it, as under a skirting
   std::vector<BinViews> bins;  // from bins_from_m on, until it is fitted too
   double bins_from_m = 0;
   std::vector<Interval> intervals;

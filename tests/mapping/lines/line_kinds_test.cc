@@ -133,6 +133,31 @@ int ParallelsOfFirst(std::vector<TrackedLine> lines) {
   return lines.front().parallels;
 }
 
+TEST(LineKinds, AboveACreaseIsTheTopOfASkirtingUnlessItIsOneOfManyJoints) {
+  const TrackedLine crease = [] {
+    TrackedLine line = Along(0, 0, -1, 0);
+    line.surfaces = {0, 1, 0};
+    return line;
+  }();
+  const auto trim = [&](const TrackedLine& first) {
+    std::vector<TrackedLine> lines = {first, crease};
+    CountParallels(0.4, &lines);
+    return lines.front().trim;
+  };
+  EXPECT_NEAR(trim(Along(0, 0.08, -1, 0)), 1, 1e-9);
+  EXPECT_NEAR(trim(Along(0, 0.08, -1, 1)), 0.5, 0.06) << "along a half of it";
+  EXPECT_EQ(trim(Along(0, 0.3, -1, 0)), 0) << "higher than skirtings are";
+  EXPECT_EQ(trim(Along(0, -0.08, -1, 0)), 0) << "beneath it";
+  EXPECT_EQ(trim(Along(0.08, 0, -1, 0)), 0) << "on the floor before it";
+
+  TrackedLine top = WithStep(5, 0.6, {0.6, 0.4, 0});
+  const double before = ComputeEdgeProbability(top);
+  top.trim = 1;
+  EXPECT_GT(ComputeEdgeProbability(top), before + 0.3);
+  top.parallels = 8;
+  EXPECT_LT(ComputeEdgeProbability(top), before + 0.1);
+}
+
 std::vector<TrackedLine> AtHeights(const std::vector<double>& y_m, double from_m, double to_m) {
   std::vector<TrackedLine> lines = {Along(0, 0, -1, 1)};
   for (const double y : y_m) lines.push_back(Along(y, 0, from_m, to_m));
