@@ -32,7 +32,6 @@ constexpr double kProbe_m = 0.15;         // before a face, whether it is free t
 constexpr double kNearFace_m = 0.03;      // samples so far from a face are on it,
 constexpr double kTails = 2.5;            // and those that are off by so many sigma
 constexpr double kBehindProud_m = 0.045;  // from where things before a wall put it to itself
-constexpr double kSettling_m = 0.015;     // once more, with what it goes on along
 constexpr double kLayer_m = 0.05;  // so far before and behind a face, others are what it left
 
 Vector2d Direction(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
@@ -400,9 +399,8 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
   ForEachWatched(faces.size(), {}, [&](size_t i) {
     Face& face = faces[i];
-    MoveOntoSurface(samples, kBehindProud_m, &face);
     ExtendAlongLines(samples, &face);
-    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, &face));
+    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kBehindProud_m, &face));
   });
   return Continued(SelectStraight(samples, faces), options);
 }

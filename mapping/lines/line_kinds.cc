@@ -59,8 +59,8 @@ namespace {
 
 // What each vote weighs, as tests/benchmarks/fit_line_votes.py found it on lines of simulated
 // buildings whose edges are known, halls of brick and timber twice: a logistic regression. The
-// constant is a quarter less, as an edge that is wrong is worse than one that is missing.
-constexpr std::array<double, kLineVotes> kWeights{-0.522, 1.228,  3.185,  0.624,  -0.414, 0.726,
+// constant is a tenth less, as an edge that is wrong is worse than one that is missing.
+constexpr std::array<double, kLineVotes> kWeights{-0.372, 1.228,  3.185,  0.624,  -0.414, 0.726,
                                                   -0.575, 0.396,  3.037,  -0.944, 6.310,  -0.367,
                                                   -5.735, -3.433, -0.370, -3.661, -1.098};
 
