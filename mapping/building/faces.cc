@@ -399,8 +399,8 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
   ForEachWatched(faces.size(), {}, [&](size_t i) {
     Face& face = faces[i];
-    ExtendAlongLines(samples, &face);
     face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kBehindProud_m, &face));
+    ExtendAlongLines(samples, &face);
   });
   return Continued(SelectStraight(samples, faces), options);
 }
