@@ -88,13 +88,27 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
 
 // The folder of a video's images, which odometry and map read.
 std::string UnpackGivenVideo(const RunArguments& arguments) {
-  const std::string& video = arguments.odometry.sequence;
-  if (arguments.odometry.opened.calibration.empty()) {
+  const OdometryArguments& odometry = arguments.odometry;
+  const std::string& video = odometry.sequence;
+  // What would be refused afterwards.
+  CheckThreads(odometry.threads);
+  odometry.part.Check();
+  if (!odometry.method.empty()) CheckMethodName("--method", odometry.method);
+  if (!odometry.opened.topics.empty()) {
+    throw ConfigError(video + ": found --topics for a video, expected them for a bag");
+  }
+  if (odometry.opened.calibration.empty()) {
     throw ConfigError(video +
                       ": found a video, which tells no calibration, expected --calibration "
                       "rig.yaml; slcmap calibration reads those of others");
   }
   const std::string folder = arguments.output + "/recording";
+  if (Exists(folder + "/mav0")) {
+    throw ConfigError(fmt::format(
+        "output {0}: found images of a video already, expected none: go on with them by "
+        "slcmap run {0} and another OUT, or remove them",
+        folder));
+  }
   UnpackVideoInto(folder, video, arguments.video);
   return folder;
 }
@@ -110,6 +124,10 @@ void RunAll(const RunArguments& arguments) {
   const NamesFile names(arguments.names);  // refused before the work
   if (!arguments.plan.plan.empty()) inputs.push_back(arguments.plan.plan);
   for (const std::string& file : arguments.control.Files()) inputs.push_back(file);
+  for (const std::string& log : arguments.video.logs) inputs.push_back(log);
+  for (const std::string& file : {arguments.video.right, arguments.video.frame_times}) {
+    if (!file.empty()) inputs.push_back(file);
+  }
   RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);

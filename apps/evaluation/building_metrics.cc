@@ -173,12 +173,23 @@ std::map<int64_t, int> FacesOfOpenings(const TrueBuilding& truth, double min_see
   return faces;
 }
 
-// Between two walls, which a drawing tells by their ends.
-bool IsToTheTop(const PlaneOpening& opening, const BuildingPlane& plane) {
-  constexpr double kNear_m = 0.05;
-  const Interval wall = ComputeExtent(plane.outline_world, Vector3d::UnitZ()),
-                 hole = ComputeExtent(opening.outline_world, Vector3d::UnitZ());
-  return hole.from_m <= wall.from_m + kNear_m && hole.to_m >= wall.to_m - kNear_m;
+// From floor to top where no true wall was seen: between two of them, which a drawing tells by
+// their ends.
+bool IsGap(const PlaneOpening& opening, const BuildingPlane& plane, const TrueBuilding& truth) {
+  constexpr double kNear_m = 0.05, kOnPlane_m = 0.1, kAtEnds_m = 0.1;
+  const Interval wall = ComputeExtent(plane.outline_world, Vector3d::UnitZ());
+  const Interval hole = ComputeExtent(opening.outline_world, Vector3d::UnitZ());
+  if (hole.from_m > wall.from_m + kNear_m || hole.to_m < wall.to_m - kNear_m) return false;
+  const Vector3d way = Vector3d::UnitZ().cross(plane.normal);
+  const Interval along = ComputeExtent(opening.outline_world, way);
+  const auto is_in_hole = [&](const Vector3d& p) {
+    const double at_m = way.dot(p), z_m = p.z();
+    return std::abs(plane.normal.dot(p) - plane.offset_m) < kOnPlane_m && z_m > hole.from_m &&
+           z_m < hole.to_m && at_m > along.from_m + kAtEnds_m && at_m < along.to_m - kAtEnds_m;
+  };
+  return std::ranges::none_of(truth.walls, [&](const TrueWall& each) {
+    return std::ranges::any_of(each.seen_world, is_in_hole);
+  });
 }
 
 void CompareOpenings(const TrueBuilding& truth, const Building& building,
@@ -211,7 +222,7 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
           best = &opening;
         }
       }
-      if (best == nullptr && IsToTheTop(mapped, plane)) continue;
+      if (best == nullptr && IsGap(mapped, plane, truth)) continue;
       if (best == nullptr || allowed.count(best->id) == 0) {
         ++metrics->openings_false;
         continue;

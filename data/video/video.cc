@@ -65,9 +65,10 @@ bool NamesAccel(const std::string& name) {
          name.starts_with("ay") || name.starts_with("az");
 }
 
-// 0 to 2 of a name with a word that is or ends in x, y or z, such as acc_x_m_s2 or gyroX(rad/s);
-// -1 of others.
+// 0 to 2 of a name whose last word but for units ends in x, y or z, such as acc_x_m_s2 or
+// gyroX(rad/s); -1 of others.
 int AxisIn(const std::string& name) {
+  static constexpr std::string_view kUnits[] = {"m", "s", "s2", "ms2", "mss", "rad", "deg", "g"};
   int axis = -1;
   std::string word;
   for (const char c : name.substr(0, name.find_first_of("[(")) + " ") {
@@ -75,8 +76,8 @@ int AxisIn(const std::string& name) {
       word += c;
       continue;
     }
-    const bool is_axis = !word.empty() && word.back() >= 'x' && word.back() <= 'z';
-    if (is_axis && (axis < 0 || word.size() == 1)) axis = word.back() - 'x';
+    const bool is_unit = word.empty() || std::ranges::count(kUnits, word) > 0;
+    if (!is_unit) axis = word.back() >= 'x' && word.back() <= 'z' ? word.back() - 'x' : -1;
     word.clear();
   }
   return axis;
@@ -103,16 +104,21 @@ bool IsWhole(const std::array<int, 3>& columns) {
 // Which sensor alone the name of a file says.
 std::pair<bool, bool> IsOfGyroOrAccel(const std::string& path) {
   const std::string name = Lower(fs::path(path).stem().string());
-  const bool of_gyro = NamesGyro(name), of_accel = NamesAccel(name);
+  const bool of_gyro = HasWord(name, {"gyr"}), of_accel = HasWord(name, {"acc"});
   return {of_gyro && !of_accel, of_accel && !of_gyro};
 }
 
 Columns FromHeader(const std::string& path, const std::vector<std::string_view>& names) {
   Columns columns{-1, {-1, -1, -1}, {-1, -1, -1}};
-  const auto [of_gyro, of_accel] = IsOfGyroOrAccel(path);
-  // Of ROS, where it is what an accelerometer reads; phones call it so without gravity.
-  const bool is_of_ros = std::ranges::any_of(
-      names, [](std::string_view name) { return Lower(name).starts_with("angular_velocity"); });
+  auto [of_gyro, of_accel] = IsOfGyroOrAccel(path);
+  bool is_of_ros = false;
+  for (const std::string_view each : names) {
+    const std::string name = Lower(each);
+    // What an accelerometer reads; phones call it so without gravity.
+    is_of_ros = is_of_ros || HasWord(name, {"angular_velocity"});
+    const bool is_named = AxisIn(name) >= 0 && (NamesGyro(name) || NamesAccel(name));
+    if (is_named && name.size() > 1) of_gyro = of_accel = false;  // the file's name says no more
+  }
   const auto take = [&](int column, const std::string& name, int* place) {
     if (*place >= 0) FailColumns(path, "more than one column like '" + name + "'");
     *place = column;
@@ -123,7 +129,7 @@ Columns FromHeader(const std::string& path, const std::vector<std::string_view>&
     if (NamesTime(name)) {
       if (columns.time < 0) columns.time = i;
     } else if (axis >= 0 && (NamesAccel(name) || (of_accel && name.size() == 1) ||
-                             (is_of_ros && name.starts_with("linear_acceleration")))) {
+                             (is_of_ros && HasWord(name, {"linear_acceleration"})))) {
       take(i, name, &columns.accel[static_cast<size_t>(axis)]);
     } else if (axis >= 0 && (NamesGyro(name) || (of_gyro && name.size() == 1))) {
       take(i, name, &columns.gyro[static_cast<size_t>(axis)]);
@@ -332,7 +338,8 @@ std::string FindFile(const fs::path& folder, std::initializer_list<const char*> 
 
 std::string ListFiles(const fs::path& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder)) {
+  std::error_code error;  // of a folder that is not there
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
     names.push_back(entry.path().filename().string());
   }
   std::ranges::sort(names);
@@ -472,8 +479,11 @@ std::string ImuRows(const SensorLog& log) {
 }  // namespace
 
 bool IsVideoRecording(const std::string& path) {
-  if (fs::is_directory(path)) return !FindFile(path, {"data.mkv", "data.mp4"}).empty();
-  return IsVideoName(path);
+  if (!fs::is_directory(path)) return IsVideoName(path) && fs::exists(path);
+  constexpr std::array kParts = {"mav0", "cam0", "imu0"};
+  const bool is_recording = std::ranges::any_of(
+      kParts, [&](const char* part) { return fs::exists(fs::path(path) / part); });
+  return !is_recording && !FindFile(path, {"data.mkv", "data.mp4"}).empty();
 }
 
 VideoRecording FindVideoRecording(const std::string& path, const VideoRecording& said) {

@@ -55,7 +55,7 @@ struct VideoRecording {
 VideoRecording FindVideoRecording(const std::string& path, const VideoRecording& said);
 
 // Whether FindVideoRecording may be asked for it: a file called as videos are, or a folder with a
-// data.mkv or data.mp4.
+// data.mkv or data.mp4 and without images.
 bool IsVideoRecording(const std::string& path);
 
 struct VideoCounts {

@@ -63,7 +63,8 @@ class VideoFile::Impl {
     decoder_.reset(avcodec_alloc_context3(codec));
     avcodec_parameters_to_context(decoder_.get(), Stream().codecpar);
     if (avcodec_open2(decoder_.get(), codec, nullptr) < 0) Fail("a stream without a decoder");
-    if (IsTaggedAsTurned()) warnings_.Add("videos_to_be_shown_turned_taken_as_stored", path_);
+    if (IsTaggedAsTurned())
+      warnings_.Add("turned_videos_taken_as_stored_calibrate_with_images_as_stored", path_);
   }
 
   std::optional<VideoFrame> Next() {

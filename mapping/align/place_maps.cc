@@ -426,15 +426,23 @@ class MapPlacer {
   // the maps are: as much in all as each by itself.
   std::deque<AlignedPair> PairsOnEarth(const std::vector<std::size_t>& maps) const {
     std::deque<AlignedPair> pairs;
-    const double together = std::sqrt(static_cast<double>(maps.size()));
+    const auto placed = std::ranges::count_if(
+        maps, [&](std::size_t map) { return maps_[map].on_earth.has_value(); });
+    const double together = std::sqrt(static_cast<double>(placed));
     for (const std::size_t a : maps) {
       for (const std::size_t b : maps) {
         const auto pair =
             a < b ? PairOnEarth(a, b, together * kPlaceSigma_m, together * kPlaceSigma_rad)
                   : std::nullopt;
-        if (pair && Agrees(*pair, BetweenGroups(*pair), {}, FindMiddle(*pair), maps.size())) {
+        if (!pair) continue;
+        if (Agrees(*pair, BetweenGroups(*pair), {}, FindMiddle(*pair), maps.size())) {
           pairs.push_back(*pair);
+          continue;
         }
+        spdlog::warn(
+            "{} and {}: found control points to have them {:.2f} m off where what they share has "
+            "them, expected less: these points have no say between the two; check them",
+            maps_[a].name, maps_[b].name, ComputeOff(*pair, placed_).tail<3>().norm());
       }
     }
     return pairs;
@@ -449,6 +457,7 @@ class MapPlacer {
       const std::vector<const AlignedPair*> used = PairsWithin(group, maps.size());
       const std::deque<AlignedPair> on_earth = PairsOnEarth(maps);
       std::vector<const AlignedPair*> all = used;
+      std::erase_if(all, [](const AlignedPair* pair) { return IsOnEarth(*pair); });
       for (const AlignedPair& pair : on_earth) all.push_back(&pair);
       if (maps.size() > 1) AdjustPairs(all, maps, &placed_);
       for (const AlignedPair* pair : used) {
@@ -522,6 +531,7 @@ AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
     pair.found = AlignMaps(first, second, options, progress);
   } catch (const AlignmentError& error) {
     pair.reason = error.what();
+    if (T_on_earth) pair.reason += "; looked for it near where their control points place them";
     pair.places = error.places();
   }
   return pair;

@@ -97,21 +97,27 @@ bool IsHitAlong(const FaceGrid& grid, const cv::Rect& strip) {
   return 4 * cv::countNonZero(hit) > strip.area();
 }
 
+// Whether something stands in a strip of cells, or before or behind it.
+bool IsHeld(const FaceGrid& grid, const cv::Rect& strip) {
+  const cv::Mat ends = grid.support(strip) + grid.hits(strip) + grid.others(strip);
+  return 4 * cv::countNonZero(ends > grid.passes(strip)) > strip.area();
+}
+
 // Down to the floor through what nobody looked at, as a camera that walks past sees of passages.
 // What stands there, or a sill, leaves it as it is.
 void GrowToFloor(const FaceGrid& grid, cv::Rect* core) {
   constexpr double kLeastSill_m = 0.85;  // that a window needs no proof of
   if (core->y * grid.cell_m >= kLeastSill_m) return;
   for (int row = core->y - 1; row >= 0; --row) {
-    if (IsHitAlong(grid, {core->x, row, core->width, 1})) return;
+    if (IsHeld(grid, {core->x, row, core->width, 1})) return;
   }
   core->height += core->y;
   core->y = 0;
 }
 
 // From the floor up through what nobody looked at, as a camera that looks down sees of doors: up to
-// what is over it, or as high as doors are; to the top where more rays pass over it than end there.
-// What is lower than a table is no door.
+// what is over it, or as high as doors are; to the top where rays pass over it and hardly any end
+// there. What is lower than a table is no door.
 void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
   constexpr double kUsualDoor_m = 2.1, kTable_m = 0.9;
   const int top = core->y + core->height;
@@ -123,7 +129,13 @@ void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
   }
   const int reached = core->y + core->height;
   const cv::Rect over(core->x, reached, core->width, grid.rows() - reached);
-  if (cv::sum(grid.passes(over))[0] > cv::sum(grid.support(over))[0]) core->height += over.height;
+  for (int row = over.y; row < grid.rows(); ++row) {
+    if (IsHeld(grid, {over.x, row, over.width, 1})) return;
+  }
+  constexpr double kLeastPassed = 10;  // rays; a few may end wrongly
+  const double passed = cv::sum(grid.passes(over))[0];
+  const double ended = cv::sum(grid.support(over))[0] + cv::sum(grid.hits(over))[0];
+  if (passed >= kLeastPassed && passed > ended) core->height += over.height;
 }
 
 // How many columns there are from one on to the wall beside an opening; 0 where it is far.

@@ -120,8 +120,8 @@ class LineChain {
 
   // Nats a metre: what is measured of neighbouring steps is alike.
   double ComputeCost(int step, uint8_t kind) const {
-    constexpr double kSeen = 10, kWidth = 3, kUnseen = 0.5;
-    if (IsIn(wall_.gaps, step)) return kind == kOpen ? 0 : kSeen;
+    constexpr double kSeen = 10, kWidth = 3, kUnseen = 0.5, kNever = 1000;
+    if (IsIn(wall_.gaps, step)) return kind == kOpen ? 0 : kNever;
     if (kind == kOpening && IsIn(wall_.doors, step)) return 0;
     if (kind != kWall) return (IsCovered(step) ? kSeen : 0) + (kind == kOpening ? kWidth : 0);
     if (IsCovered(step)) return 0;

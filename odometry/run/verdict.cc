@@ -276,7 +276,10 @@ void JudgeCover(const OdometryRun& run, const VerdictOptions& options, Verdict* 
 void JudgeBlindness(const OdometryRun& run, Verdict* verdict) {
   constexpr double kMost_s = 1, kMostShare = 0.01;
   const double duration_s = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns);
-  const double blind_s = run.figures.blind.mean * duration_s;
+  const FigureSummary& blind = run.figures.blind;
+  const double images = static_cast<double>(run.figures.turn_rate_rad_s.count);
+  const double blind_s =
+      blind.mean * static_cast<double>(blind.count) / std::max(images, 1.0) * duration_s;
   const double most_s = std::max(kMost_s, kMostShare * duration_s);
   if (blind_s <= most_s) return;
   verdict->Add({VerdictLevel::kDoubtful, "blind",

@@ -89,6 +89,9 @@ TEST_F(BagCommands, ARunOfAVideoIsThatOfItsImages) {
   const std::string options = " --method points --force --format ply -o " + out_.Path("out");
   const std::string of_video = " --side-by-side --frame-times " + folder_.Path("times.csv");
   ExpectError("-q run " + video + options + of_video, 2, "expected --calibration");
+  ExpectError("-q run " + video + options + of_video + " --topics left=/a --calibration " + rig, 2,
+              "expected them for a bag");
+  EXPECT_FALSE(fs::exists(out_.Path("out/recording")));
   for (const std::string command : {"odometry ", "map --poses x.tum ", "check "}) {
     ExpectError("-q " + command + video + (command == "check " ? "" : " -o " + out_.Path("x")), 1,
                 "slcmap run takes it as it is");
@@ -98,7 +101,7 @@ TEST_F(BagCommands, ARunOfAVideoIsThatOfItsImages) {
   EXPECT_GT(poses.size(), 1000u);
   EXPECT_TRUE(fs::exists(out_.Path("out/map/map.json")));
   ExpectError("-q run " + video + options + of_video + " --calibration " + rig, 2,
-              "found a recording already");
+              "found images of a video already");
   ExpectSuccess("-q run " + rig + options);
   EXPECT_EQ(ReadText(out_.Path("out/run/trajectory.tum")), poses);
 }

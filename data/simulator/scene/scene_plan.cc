@@ -262,12 +262,15 @@ class PlanBuilder {
   // The sides of the two walls at a gap that go on across it, as pairs.
   std::vector<std::pair<int, int>> SidesAcross(const Gap& gap) const {
     const Side &a = sides_[gap.first], &b = sides_[gap.second];
-    const Vector2d way = (gap.to - gap.from).normalized(), across(-way.y(), way.x());
+    const Vector2d way = (gap.to - gap.from).normalized();
     std::vector<std::pair<int, int>> pairs;
     for (const auto& [i, j] : {std::pair(a.before, b.behind), std::pair(a.behind, b.before)}) {
       const Side &p = sides_[i], &q = sides_[j];
       // Sides of posts are short, and drawn by few pixels.
-      const bool are_long = p.length_m() >= kLeastFace_m && q.length_m() >= kLeastFace_m;
+      const Side& longer = p.length_m() >= q.length_m() ? p : q;
+      const bool are_long = std::min(p.length_m(), q.length_m()) >= kLeastFace_m;
+      const Vector2d across =
+          longer.length_m() >= kLeastFace_m ? longer.normal() : Vector2d(-way.y(), way.x());
       if (p.normal().dot(q.normal()) > (are_long ? 0.99 : 0.9) &&
           std::abs((q.from - p.from).dot(across)) < 0.03) {
         pairs.emplace_back(i, j);

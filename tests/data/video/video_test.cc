@@ -129,8 +129,12 @@ TEST(Video, LogsOfPhonesAndOfRosNameTheirColumnsOtherwise) {
   const std::string plain = unpack({folder.Write("a.csv", CsvLog("t,wx,wy,wz,ax,ay,az\n", 1e-9))});
   for (const char* header : {"time_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,acc_x_m_s2,acc_y_m_s2,"
                              "acc_z_m_s2\n",
-                             "%time,angular_velocity.x,angular_velocity.y,angular_velocity.z,"
-                             "linear_acceleration.x,linear_acceleration.y,linear_acceleration.z\n",
+                             "%time,field.angular_velocity.x,field.angular_velocity.y,"
+                             "field.angular_velocity.z,field.linear_acceleration.x,"
+                             "field.linear_acceleration.y,field.linear_acceleration.z,"
+                             "field.angular_velocity_covariance0\n",
+                             "time,body_gyroX,body_gyroY,body_gyroZ,acc_x,acc_y,acc_z,x,y,z,"
+                             "gyro_x_std\n",
                              "loggingTime,gyroRotationX(rad/s),gyroRotationY(rad/s),gyroRotationZ("
                              "rad/s),accelX(m/s^2),accelY(m/s^2),accelZ(m/s^2)\n"}) {
     EXPECT_EQ(unpack({folder.Write("b.csv", CsvLog(header, 1e-9))}), plain) << header;

@@ -408,7 +408,29 @@ TEST(FindOpenings, WhatIsSeenThroughIsOpenDownToTheFloorAndUpToTheTopUnlessSomet
     ASSERT_EQ(openings.size(), 1u);
     EXPECT_NEAR(openings[0].low_m, each.low_m, 0.11);
     EXPECT_NEAR(openings[0].high_m, each.high_m, 0.11);
+    EXPECT_EQ(openings[0].IsGap(kFaceHeight_m), each.high_m == kFaceHeight_m);
+    EXPECT_EQ(openings[0].kind == OpeningKind::kWindow, each.low_m > 0);
   }
+}
+
+// A blank sill and lintel are hit by rays, though no point lies on them.
+TEST(FindOpenings, WhatStopsRaysStands) {
+  FaceGrid grid = GridOfAFace();
+  Face face;
+  face.to_m = kFaceLength_m;
+  Support(0, 1, 0, kFaceHeight_m, &grid);
+  Support(2, kFaceLength_m, 0, kFaceHeight_m, &grid);
+  const auto hit = [&](double along_m, double z_m) { grid.AddHit(along_m, z_m); };
+  Over(1, 2, 0, 0.6, hit);
+  Over(1, 2, 2, kFaceHeight_m, hit);
+  Pass(1.5, 1.55, 2.4, 2.45, &grid);  // a ray that ended wrongly
+  Pass(1, 2, 0.7, 2, &grid);
+  Level level;
+  level.top_m = kFaceHeight_m;
+  const auto openings = FindOpenings(face, grid, level, {});
+  ASSERT_EQ(openings.size(), 1u);
+  EXPECT_EQ(openings[0].kind, OpeningKind::kWindow);
+  EXPECT_LT(openings[0].high_m, 2.2);
 }
 
 // As the panes of two windows, behind the wall between them.

@@ -221,6 +221,20 @@ TEST_F(RoomsTest, ArePartedWhereMoreThanADoorsWidthOfTheirWallWasNotSeen) {
   EXPECT_THAT(Find(), SizeIs(3));
 }
 
+TEST_F(RoomsTest, AreOneThroughAGapFromFloorToTop) {
+  for (const double width_m : {0.9, 1.6}) {
+    for (int ways = 0; ways < 3; ++ways) {
+      free_.AddWay({2, 1}, {2, 4});  // through it
+      for (double x = 2; x < 2 + width_m; x += 0.05) free_.AddWay({x, 1}, {x, 4});
+    }
+    corridor_.gaps = {
+        {corridor_.face.MeasureAlong({2, 2}), corridor_.face.MeasureAlong({2 + width_m, 2})}};
+    rooms_.gaps = {
+        {rooms_.face.MeasureAlong({2 + width_m, 2.15}), rooms_.face.MeasureAlong({2, 2.15})}};
+    EXPECT_THAT(Find(), SizeIs(2)) << width_m;
+  }
+}
+
 TEST_F(RoomsTest, AreOneWhereRaysWentThroughAWideGap) {
   Uncover(0.5, 4.4, &corridor_);
   Uncover(5.6, 9.5, &rooms_);
