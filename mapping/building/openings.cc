@@ -14,8 +14,9 @@ using Eigen::Vector3d;
 
 constexpr double kSnap_m = 0.05;  // to a line, or by 2 sigma of it
 
-constexpr double kFloorGap_m = 0.45;  // beneath a door, where little is seen
-constexpr double kLeastDoor_m = 1.7;  // height
+constexpr double kFloorGap_m = 0.45;   // beneath a door, where little is seen
+constexpr double kFloorEnds_m = 0.15;  // so far from floor and top, rays to these end at a face too
+constexpr double kLeastDoor_m = 1.7;   // height
 constexpr double kWidestDoor_m = 1.9;
 constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must have been measured
 constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
@@ -97,9 +98,9 @@ bool IsHitAlong(const FaceGrid& grid, const cv::Rect& strip) {
   return 4 * cv::countNonZero(hit) > strip.area();
 }
 
-// Whether something stands in a strip of cells, or before or behind it.
+// Whether rays end in a strip of cells, or points lie there.
 bool IsHeld(const FaceGrid& grid, const cv::Rect& strip) {
-  const cv::Mat ends = grid.support(strip) + grid.hits(strip) + grid.others(strip);
+  const cv::Mat ends = grid.support(strip) + grid.hits(strip);
   return 4 * cv::countNonZero(ends > grid.passes(strip)) > strip.area();
 }
 
@@ -108,7 +109,7 @@ bool IsHeld(const FaceGrid& grid, const cv::Rect& strip) {
 void GrowToFloor(const FaceGrid& grid, cv::Rect* core) {
   constexpr double kLeastSill_m = 0.85;  // that a window needs no proof of
   if (core->y * grid.cell_m >= kLeastSill_m) return;
-  for (int row = core->y - 1; row >= 0; --row) {
+  for (int row = core->y - 1; row * grid.cell_m >= kFloorEnds_m; --row) {
     if (IsHeld(grid, {core->x, row, core->width, 1})) return;
   }
   core->height += core->y;
@@ -128,14 +129,16 @@ void GrowUnseen(const FaceGrid& grid, cv::Rect* core) {
     ++core->height;
   }
   const int reached = core->y + core->height;
-  const cv::Rect over(core->x, reached, core->width, grid.rows() - reached);
-  for (int row = over.y; row < grid.rows(); ++row) {
+  const int last = grid.rows() - static_cast<int>(std::lround(kFloorEnds_m / grid.cell_m));
+  if (reached >= last) return;
+  const cv::Rect over(core->x, reached, core->width, last - reached);
+  for (int row = over.y; row < last; ++row) {
     if (IsHeld(grid, {over.x, row, over.width, 1})) return;
   }
   constexpr double kLeastPassed = 10;  // rays; a few may end wrongly
   const double passed = cv::sum(grid.passes(over))[0];
   const double ended = cv::sum(grid.support(over))[0] + cv::sum(grid.hits(over))[0];
-  if (passed >= kLeastPassed && passed > ended) core->height += over.height;
+  if (passed >= kLeastPassed && passed > ended) core->height = grid.rows() - core->y;
 }
 
 // How many columns there are from one on to the wall beside an opening; 0 where it is far.
