@@ -14,6 +14,7 @@
 #include "data/version.h"
 #include "mapping/align/map_overlap.h"
 #include "mapping/align/merge_maps.h"
+#include "mapping/align/pair_adjustment.h"
 #include "mapping/map/map_folder.h"
 
 namespace slcmap::inline commands {

@@ -99,4 +99,19 @@ void AdjustPairs(const std::vector<const AlignedPair*>& pairs, const std::vector
   PairAdjustment(pairs, maps).Solve(placed);
 }
 
+AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
+                     const std::optional<RigidTransform>& T_on_earth, const Progress& progress) {
+  AlignmentOptions options;
+  if (T_on_earth) options.start = {T_on_earth->translation, ComputeYaw(*T_on_earth)};
+  AlignedPair pair;
+  try {
+    pair.found = AlignMaps(first, second, options, progress);
+  } catch (const AlignmentError& error) {
+    pair.reason = error.what();
+    if (T_on_earth) pair.reason += "; looked for it near where their control points place them";
+    pair.places = error.places();
+  }
+  return pair;
+}
+
 }  // namespace slcmap::mapping

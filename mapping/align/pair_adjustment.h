@@ -1,8 +1,9 @@
-// Where maps of a group lie by all pairs of them that were aligned.
+// Two maps aligned, and where maps of a group lie by all pairs of them that were.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "mapping/align/place_maps.h"
@@ -20,5 +21,11 @@ Eigen::Vector4d ComputeOff(const AlignedPair& pair, const std::vector<PlacedMap>
 // The first map stays.
 void AdjustPairs(const std::vector<const AlignedPair*>& pairs, const std::vector<std::size_t>& maps,
                  std::vector<PlacedMap>* placed);
+
+// As AlignMaps, with what it throws of two maps as the reason. About where their places on Earth
+// say, if there is that; not far from there.
+AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
+                     const std::optional<RigidTransform>& T_on_earth = {},
+                     const Progress& progress = {});
 
 }  // namespace slcmap::mapping

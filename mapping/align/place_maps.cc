@@ -522,21 +522,6 @@ class MapPlacer {
 
 }  // namespace
 
-AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
-                     const std::optional<RigidTransform>& T_on_earth, const Progress& progress) {
-  AlignmentOptions options;
-  if (T_on_earth) options.start = {T_on_earth->translation, ComputeYaw(*T_on_earth)};
-  AlignedPair pair;
-  try {
-    pair.found = AlignMaps(first, second, options, progress);
-  } catch (const AlignmentError& error) {
-    pair.reason = error.what();
-    if (T_on_earth) pair.reason += "; looked for it near where their control points place them";
-    pair.places = error.places();
-  }
-  return pair;
-}
-
 MapPlacement PlaceMaps(const std::vector<MapToPlace>& maps, const AlignPair& align,
                        const Progress& progress) {
   return MapPlacer(maps, align, progress).Place();

@@ -31,12 +31,6 @@ struct AlignedPair {
 };
 using AlignPair = std::function<AlignedPair(std::size_t first, std::size_t second)>;
 
-// As AlignMaps, with what it throws of two maps as the reason. About where their places on Earth
-// say, if there is that; not far from there.
-AlignedPair AlignTwo(const ComparedMap& first, const ComparedMap& second,
-                     const std::optional<RigidTransform>& T_on_earth = {},
-                     const Progress& progress = {});
-
 struct PlacedMap {
   std::size_t group = 0;       // the lowest number of the maps that it lies together with
   RigidTransform T_group_map;  // into the world of that map; a turn about z, and a translation

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "mapping/align/map_overlap.h"
+#include "mapping/align/pair_adjustment.h"
 #include "mapping/map/place_index.h"
 #include "tests/mapping/align/made_scenes.h"
 #include "tests/testing/temp_folder.h"
