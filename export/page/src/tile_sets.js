@@ -4,7 +4,8 @@ import { TilesRenderer } from '3d-tiles-renderer/three';
 import { Box3, Group, LineBasicMaterial, Matrix4, PointsMaterial } from 'three';
 
 const FINEST_PX = 6; // of error: points of our tilesets are a quarter of it apart
-const COARSEST_PX = 400;
+const COARSEST_PX = 400; // one begins with it: something is seen soon
+const STEP = 1.15; // between errors that are tried
 const POINT_M = 0.02;
 const SMALLEST_POINT_PX = 1.5;
 const CACHE_BYTES = [120e6, 160e6]; // of loaded tiles; browser and graphics hold each once more
@@ -26,7 +27,8 @@ export class TileSets {
     this.renderers = [];
     this.hidden = new Set();
     this.shown = new Map(); // parts of visible tiles: how many points, lines
-    this.error_px = 2 * FINEST_PX;
+    this.error_px = { points: COARSEST_PX, lines: COARSEST_PX };
+    this.forgetTooFine();
     this.materials = { points: pointMaterial(), lines: new LineBasicMaterial({ vertexColors: true }) };
   }
 
@@ -44,12 +46,9 @@ export class TileSets {
   }
 
   openOne(url, fetcher) {
-    const renderer = new TilesRenderer(url);
+    const renderer = new LayeredTiles(url, this);
     renderer.registerPlugin(new ImplicitTilingPlugin());
-    renderer.registerPlugin({
-      fetchData: fetcher,
-      calculateTileViewError: (tile, target) => this.maskHidden(tile, target),
-    });
+    renderer.registerPlugin({ fetchData: fetcher });
     [renderer.lruCache.minBytesSize, renderer.lruCache.maxBytesSize] = CACHE_BYTES;
     for (const camera of Object.values(this.view.cameras)) renderer.setCamera(camera);
     for (const type of ['needs-update', 'needs-render']) renderer.addEventListener(type, this.changed);
@@ -76,16 +75,10 @@ export class TileSets {
     this.shown.clear();
   }
 
-  // Tiles of layers that are off are as if out of sight: they are not loaded either.
-  maskHidden(tile, target) {
-    if (!this.hidden.has(tile.content?.uri?.split('/')[0])) return false;
-    target.inView = false;
-    return true;
-  }
-
   switchLayer(name, on) {
     if (on) this.hidden.delete(name);
     else this.hidden.add(name);
+    this.forgetTooFine();
     this.changed();
   }
 
@@ -126,7 +119,6 @@ export class TileSets {
   update({ share }) {
     const { camera, renderer: canvas } = this.view;
     for (const tiles of this.renderers) {
-      tiles.errorTarget = this.error_px;
       for (const other of Object.values(this.view.cameras)) {
         if (other === camera) tiles.setCamera(camera);
         else tiles.deleteCamera(other);
@@ -137,18 +129,31 @@ export class TileSets {
     for (const [part, count] of this.shown) {
       if (part.isPoints) part.geometry.setDrawRange(0, Math.ceil(share * count));
     }
-    this.keepBudget();
+    if (this.view.isMoving()) this.forgetTooFine();
+    const counts = this.counts();
+    for (const kind of ['points', 'lines']) this.keepBudget(kind, counts[kind]);
   }
 
-  // Allows more error where too much is drawn, less where there is room: in small steps, and not
-  // while tiles are on their way.
-  keepBudget() {
-    const { points, lines } = this.counts();
-    const used = Math.max(points / this.budget.points, lines / this.budget.lines);
-    const before = this.error_px;
-    if (used > 1) this.error_px = Math.min(1.15 * before, COARSEST_PX);
-    else if (used < 0.5 && !this.isLoading()) this.error_px = Math.max(before / 1.15, FINEST_PX);
-    if (this.error_px !== before) this.changed();
+  // Allows more error where too much is drawn, less where there is room: not while tiles are on
+  // their way, in small steps where much is drawn, and not back to what was too much.
+  keepBudget(kind, count) {
+    const used = count / this.budget[kind];
+    const before = this.error_px[kind];
+    let error_px = before;
+    if (used > 1) {
+      this.tooFine_px[kind] = before;
+      error_px = Math.min(STEP * before, COARSEST_PX);
+    } else if (count > 0 && used < 0.5 && !this.isLoading()) {
+      const finest_px = Math.max(FINEST_PX, STEP * this.tooFine_px[kind]);
+      error_px = Math.min(before, Math.max(before / (used < 0.1 ? 2 : STEP), finest_px));
+    }
+    this.error_px[kind] = error_px;
+    if (error_px !== before) this.changed();
+  }
+
+  // Another view may bear what was too much in the last one.
+  forgetTooFine() {
+    this.tooFine_px = { points: 0, lines: 0 };
   }
 
   // What all that was opened lies in, in the frame of what is drawn.
@@ -162,6 +167,29 @@ export class TileSets {
     }
     return box;
   }
+}
+
+// Tiles whose errors are shares of what is allowed: clouds and lines each have their own budget.
+class LayeredTiles extends TilesRenderer {
+  constructor(url, sets) {
+    super(url);
+    this.sets = sets;
+    this.errorTarget = 1;
+  }
+
+  // Tiles of layers that are off are as if out of sight: they are not loaded either. The first tile
+  // of a layer is always drawn.
+  calculateTileViewError(tile, target) {
+    super.calculateTileViewError(tile, target);
+    const layer = tile.content?.uri?.split('/')[0];
+    if (this.sets.hidden.has(layer)) target.inView = false;
+    const kind = layer === 'lines' ? 'lines' : 'points';
+    target.error = isFirst(tile) ? Infinity : target.error / this.sets.error_px[kind];
+  }
+}
+
+function isFirst(tile) {
+  return !tile.parent?.parent || Boolean(tile.parent.implicitTiling);
 }
 
 function layerOf(url) {

@@ -61,13 +61,20 @@ export class View {
   }
 
   makeRenderer() {
-    this.drawnByProcessor = isDrawnByProcessor();
+    const options = { powerPreference: 'high-performance' };
+    let context = this.canvas.getContext('webgl2', { ...options, antialias: false });
+    this.drawnByProcessor = isByProcessor(context);
     this.levels = this.drawnByProcessor ? LEVELS_BY_PROCESSOR : LEVELS;
-    this.renderer = new WebGLRenderer({
-      canvas: this.canvas,
-      antialias: !this.drawnByProcessor,
-      powerPreference: 'high-performance',
-    });
+    if (context && !this.drawnByProcessor) {
+      // Smoothed or not is said when a canvas gets its context: another one.
+      context.getExtension('WEBGL_lose_context')?.loseContext();
+      context = undefined;
+      const smoothed = this.canvas.cloneNode();
+      this.canvas.replaceWith(smoothed);
+      this.canvas = smoothed;
+    }
+    const { canvas, drawnByProcessor } = this;
+    this.renderer = new WebGLRenderer({ ...options, canvas, context, antialias: !drawnByProcessor });
   }
 
   // Starts to answer to the pointer; `heading_rad` is that of the building, up in a plan.
@@ -348,11 +355,8 @@ function directionOf(azimuth_rad, elevation_rad) {
     .setZ(Math.sin(elevation_rad));
 }
 
-// Asked of a canvas of its own, as that of the page is smoothed or not from its beginning.
-function isDrawnByProcessor() {
-  const gl = document.createElement('canvas').getContext('webgl2');
-  const info = gl?.getExtension('WEBGL_debug_renderer_info');
-  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
-  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+function isByProcessor(context) {
+  const info = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
   return /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
 }

@@ -55,7 +55,8 @@ async function loaded(page) {
   const isLoaded = () => {
     app.view.invalidate();
     const { tiles } = app;
-    return app.sets && !tiles.isLoading() && tiles.counts().points > 0 && tiles.error_px < 6.01;
+    const isFine = Object.values(tiles.error_px).every((error_px) => error_px < 6.01);
+    return app.sets && !tiles.isLoading() && tiles.counts().points > 0 && isFine;
   };
   await page.waitForFunction(isLoaded, null, { polling: 200 });
 }

@@ -1,6 +1,6 @@
 // Writes the page of the room of room_map.h, or of a large one, for the tests in a browser.
 //
-//   write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images | --tiles]
+//   write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES] [--images | --tiles]
 //
 // With --images every other keyframe has a picture, white at the top right, black elsewhere, and a
 // wall is not where it was planned. With --tiles the output is a folder for a tileset with its
@@ -34,17 +34,19 @@ std::vector<slcmap::PageImage> Images(const slcmap::MapResult& map) {
 
 int main(int argc, char** argv) {
   using namespace slcmap;
-  const std::string what = argc == 4 ? argv[3] : "";
-  if (argc != 3 && argc != 6 && what != "--images" && what != "--tiles") {
+  const bool is_sized = argc >= 6;
+  const std::string what = argc == 4 || argc == 7 ? argv[argc - 1] : "";
+  if (argc < 3 || argc == 5 || argc > 7 ||
+      (argc % 3 == 1 && what != "--images" && what != "--tiles")) {
     std::fprintf(
         stderr,
-        "write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES | --images | --tiles]\n");
+        "write_room_page TEMPLATE OUTPUT [LINES DENSE_POINTS PLANES] [--images | --tiles]\n");
     return 2;
   }
   slcmap::testing::RoomMapSize size;
-  if (argc == 6) size = {std::atoi(argv[3]), std::atoi(argv[4]), std::atoi(argv[5])};
+  if (is_sized) size = {std::atoi(argv[3]), std::atoi(argv[4]), std::atoi(argv[5])};
   // Of more than a tile.
-  if (what == "--tiles") size.dense_points = 100000;
+  if (what == "--tiles" && !is_sized) size.dense_points = 100000;
   try {
     MapResult map = slcmap::testing::MakeRoomMap(size);
     if (what == "--tiles") {
